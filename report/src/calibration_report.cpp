@@ -182,7 +182,8 @@ std::string history_section(const UnitHistory& unit, Figures& figures) {
   }
   return figures.add_all(history_plots(unit)) +
          html_table("Trends of " + std::to_string(unit.paths.size()) + " records",
-                    {"parameter", "newest", "per year", "u", "p value", "reaches its limit on"},
+                    {"parameter", "newest", "change per year",
+                                            "u", "p value", "reaches its limit on"},
                     rows);
 }
 

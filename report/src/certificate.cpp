@@ -296,8 +296,8 @@ void write_results(const Calibration& calibration, PdfPages& pages) {
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     pages.paragraph(formatted(
-        "Coefficients at temperature {}. The terms d and d2 multiply powers of the difference from "
-        "this temperature{}.",
+        "Coefficients at temperature {}. A coefficient \"with temperature\" multiplies the "
+        "difference from this temperature, or the stated power of this difference{}.",
         span_text(over, calibration.sensor.instrument.axes,
                   [](const TemperatureSpan& span) {
                     return formatted("{} (valid from {} to {})", number_text(span.reference, 6),
@@ -402,13 +402,13 @@ std::vector<std::string> missing_details(const Calibration& calibration,
   const std::string& measured = calibration.provenance.measured;
   need(measured.empty() || details.calibrated.empty() ||
            measured.substr(0, 10) == details.calibrated.substr(0, 10),
-       "calibrated (the stated date is not that of the record's readings; leave it out)");
+       "calibrated (the stated date differs from the date of the readings; leave the entry out)");
   need(!details.issued.empty(), "issued");
   need(!details.environment.empty(), "environment");
   need(!details.traceability.empty(), "traceability");
   need(!details.authorised.empty(), "authorised");
   need(counts_magnitude(calibration),
-       "the standard uncertainty of the field's magnitude (a claim in SI units needs it)");
+       "the standard uncertainty of the field's magnitude (required for a claim in SI units)");
   return missing;
 }
 

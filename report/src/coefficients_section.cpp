@@ -91,8 +91,8 @@ std::string polar_table(const Calibration& calibration) {
                     number_cell(polar.azimuth_rad * deg_per_rad, 5)});
   }
   return html_table(
-      "Polar form: magnitude of the sensitivity and direction of the axis; the azimuth is that of "
-      "the known-art formulas, in axes forward-right-down",
+      "Polar form: magnitude of the sensitivity and direction of the axis; the azimuth is defined "
+      "as in the known-art formulas, for axes forward, right and down",
       {"axis", "magnitude", "angle to nominal axis [deg]", "azimuth [deg]"}, rows);
 }
 

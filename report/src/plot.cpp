@@ -400,7 +400,8 @@ Plot thinned(Plot plot) {
     series = std::move(kept);
   }
   plot.note =
-      formatted("{} of {} points are drawn, with the lowest and highest point of each part along x",
+      formatted("{} of {} points are drawn, including the lowest and the highest point of each "
+                "interval of x",
                 drawn_points, points);
   return plot;
 }

@@ -60,7 +60,7 @@ std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
     // Hotelling's ellipse for both coordinates together: k^2 = 2 F(0.95; 2, dof) in closed form.
     const double dof = level.degrees_of_freedom;
     const double k = std::sqrt(dof * (std::pow(0.05, -2.0 / dof) - 1.0));
-    PlotSeries ellipse{.name = "95 % of the mean", .line = true};
+    PlotSeries ellipse{.name = "95 % ellipse of the mean", .line = true};
     for (int i = 0; i <= 72; ++i) {
       const double turn = 2.0 * std::numbers::pi * i / 72.0;
       ellipse.x.push_back(milli * (level.mean_x + k * level.standard_error_x * std::cos(turn)));
@@ -93,8 +93,8 @@ std::optional<Plot> slope_plot(const Calibration& calibration) {
                                 ? "Slope of the table"
                                 : "Field in the table's plane");
   plot.alternative =
-      "The table's slope as a line from level, the slope estimated from each face, and the 95 % "
-      "ellipse of the mean";
+      "The table's slope as a line from the level position, the slope estimated from each face, "
+      "and the 95 % ellipse of the mean";
   plot.narrow = true;
   plot.series = faces_and_mean(level);
   plot.series.push_back({.name = "slope",
@@ -266,7 +266,8 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
   std::vector<Plot> plots;
   for (const bool is_bias : {true, false}) {
     Plot plot{.id = is_bias ? "temperature-bias" : "temperature-scale",
-              .title = is_bias ? "Bias over temperature, minus the bias at the reference"
+              .title = is_bias ? "Bias over temperature, minus the bias at the reference "
+                                 "temperature"
                                : "Scale over temperature",
               .alternative =
                   "Curve of each axis over the calibrated range, with its 95 % band, and "

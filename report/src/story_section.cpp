@@ -196,7 +196,7 @@ std::string axes_figure(const Calibration& calibration) {
       "<figure id=\"axes-figure\"><figcaption>Sensing axes in space{}</figcaption><div "
       "class=\"plot\">{}</svg></div><p class=\"legend\">{}</p><details><summary>Data</summary>{}"
       "</details></figure>\n",
-      times > 1.0 ? formatted(", angles {} times enlarged", number_text(times)) : "", svg, words,
+      times > 1.0 ? formatted(", angles enlarged {} times", number_text(times)) : "", svg, words,
       html_table("", {"axis", "x", "y", "z", "angle to nominal axis [deg]"}, rows));
 }
 
@@ -273,8 +273,8 @@ Plot projection_of(const Calibration& calibration, const Cloud& cloud, int u, in
                             names[static_cast<std::size_t>(v)]),
             .title = formatted("Seen along {}", names[static_cast<std::size_t>(3 - u - v)]),
             .alternative =
-                "The readings before and after calibration, and the circle on which "
-                "readings in this plane should lie",
+                "The readings before and after calibration, and the circle for readings in this "
+                "plane",
             .x_label = formatted("{} [{}]", names[static_cast<std::size_t>(u)], unit),
             .y_label = formatted("{} [{}]", names[static_cast<std::size_t>(v)], unit),
             .equal_aspect = true,
@@ -315,7 +315,7 @@ std::string plain_numbers(const OrientationQuality& quality,
            "of the sphere is farther than 30\u00b0 from a reading; the largest gap is {}\u00b0",
            rounded(quality.largest_gap_rad * deg_per_rad))},
       {"Fit error", percent(quality.fit_error),
-       "of the field: rms of |f| \u2212 F after the calibration"},
+       "of the field: rms difference of the calibrated magnitude from the field's magnitude"},
       {"Field", number_text(field.magnitude, 6) + (field.unit == "1" ? "" : " " + field.unit),
        formatted("as stated; the magnitudes scatter by {}", percent(quality.magnitude_spread))}};
   if (cloud != nullptr) {

@@ -23,7 +23,8 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
   }
   const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   if (!std::isfinite(worst.expanded_deg)) {
-    return "The record does not state uncertainties, so that its accuracy is unknown.";
+    return "The record does not state uncertainties, so the accuracy of the calibration is "
+           "unknown.";
   }
   const bool is_direction = worst.quantity == "direction of the field";
   return formatted(
@@ -31,7 +32,8 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
       is_direction ? "the direction of the field" : "pitch and roll", rounded(worst.expanded_deg),
       is_direction
           ? ""
-          : formatted("; {} has the largest one (for pitch up to 80 degrees)", worst.quantity),
+          : formatted("; the uncertainty of {} is the largest (for pitch up to 80 degrees)",
+                      worst.quantity),
       calibration.sensor.temperature ? ". This applies at the reference temperature." : ".");
 }
 
@@ -50,14 +52,15 @@ std::vector<std::string> what_to_watch(const Calibration& calibration, const std
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     lines.push_back(formatted(
-        "It is valid at temperatures from {}; outside this range, results are marked as "
-        "extrapolated.",
+        "The calibration is valid at temperatures from {}; outside this range, results are marked "
+        "as extrapolated.",
         span_text(over, calibration.sensor.instrument.axes, [](const TemperatureSpan& span) {
           return formatted("{} to {}", rounded(span.low, 5), rounded(span.high, 5));
         })));
   } else if (calibration.fit.statistics && calibration.status() != CalibrationStatus::refused) {
     lines.emplace_back(
-        "It is valid at the temperature of the calibration. The effect of temperature is unknown.");
+        "The calibration is valid only at the temperature of its readings. The effect of "
+        "temperature is unknown.");
   }
   if (std::string missing = not_counted_sentence(calibration); !missing.empty()) {
     lines.push_back(std::move(missing));
@@ -148,7 +151,7 @@ std::string as_it_probably_was(const Calibration& calibration) {
         escaped(pose_words(point)));
   }
   if (points.size() > most) {
-    html += paragraph(formatted("The warning names {} more.", points.size() - most));
+    html += paragraph(formatted("The warning names {} more readings.", points.size() - most));
   }
   return points.empty() ? values_table(calibration)
                         : formatted("<div class=\"lays\">{}</div>\n", html);

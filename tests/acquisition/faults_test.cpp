@@ -166,7 +166,7 @@ TEST_F(FaultTest, HalfLinesAndGarbageAreLeftOut) {
   }
   const ProgramResult result = session("-", text);
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_NE(result.out.find("not samples"), std::string::npos);
+  EXPECT_NE(result.out.find("invalid lines or frames"), std::string::npos);
   expect_near(readings(), good_readings(), 1e-12);
 }
 
@@ -382,7 +382,7 @@ TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
     }
     const std::vector<int> stored = stored_runs(journal);
     const std::set<int> unique(stored.begin(), stored.end());
-    EXPECT_EQ(unique.size(), stored.size()) << "a run is there twice";
+    EXPECT_EQ(unique.size(), stored.size()) << "occurs twice";
     EXPECT_TRUE(std::includes(unique.begin(), unique.end(), shown.begin(), shown.end()))
         << "a reading that was shown as captured is not there";
     shown = unique;

@@ -124,7 +124,7 @@ TEST_F(AnyFile, OfAFlightIsRefusedWithWhatToDo) {
   const ProgramResult result =
       run_axiscal({"calibrate", "--imu", flight, "-o", folder_.path("{slot}-{instance}.json")});
   EXPECT_EQ(result.status, 1);
-  EXPECT_THAT(result.err, HasSubstr("put it down on each of its six faces"));
+  EXPECT_THAT(result.err, HasSubstr("lay the instrument on each of its six faces"));
   const ProgramResult table = run_axiscal({"calibrate", flight, "--instrument", "accelerometer"});
   EXPECT_EQ(table.status, 3);
   EXPECT_THAT(table.err, HasSubstr("is a recording (ulog)"));

@@ -54,7 +54,7 @@ std::vector<BadFile> bad_files() {
   return {
       {"Empty", "", "1", "empty"},
       {"CommentsOnly", "# nothing\n\n", "1", "empty"},
-      {"HeaderOnly", header, "1", "only a header"},
+      {"HeaderOnly", header, "1", "the table has a header"},
       {"MissingColumn", "rest,fence,x,y\n+X,+Y,1,2\n", "1", "column 'z': is missing"},
       {"DuplicateColumn", "rest,fence,x,y,x\n", "1", "column 'x': is there twice"},
       {"UnknownFace", header + good + "+W,+Y,1,2,3\n", "3", "column 'rest': '+W'"},

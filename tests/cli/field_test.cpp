@@ -410,7 +410,7 @@ TEST(CalibrateCommand, TakesAPartsRoleAndAValueForEachPart) {
 
   EXPECT_THAT(calibrate("light:here+light", "0.5+1").err, HasSubstr("must be local or induced"));
   EXPECT_THAT(calibrate("light:local+light", "0.5+1+2").err, HasSubstr("has 3 values"));
-  EXPECT_THAT(calibrate("gravity:induced+light", "1+1").err, HasSubstr("its role is local"));
+  EXPECT_THAT(calibrate("gravity:induced+light", "1+1").err, HasSubstr("its role must be local"));
   EXPECT_EQ(calibrate("light:here+light", "0.5+1").status, 2);
 }
 

@@ -203,7 +203,7 @@ TEST_F(HonestAnswers, LevelTakesReadingsAsTheDocsSay) {
       run_axiscal({"level", run, "--instrument", "accelerometer", "--adjusters",
                    "100,0;-100,80;-100,-80", "--thread-pitch", "0.5"});
   EXPECT_EQ(millimetres.status, 2);
-  EXPECT_THAT(millimetres.err, HasSubstr("100 mm is 0.1"));
+  EXPECT_THAT(millimetres.err, HasSubstr("0.1 for 100 mm"));
   EXPECT_EQ(run_axiscal({"level", run, "--adjusters", "0.1,0;-0.1,0.08;-0.1,-0.08"}).status, 0);
 }
 

@@ -306,7 +306,7 @@ TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   const ProgramResult one = run_axiscal({"calibrate", "--imu", still, "--gyroscope", "gx,gy,gz",
                                          "-o", folder_.path("one-{slot}.json")});
   EXPECT_EQ(one.status, 1);
-  EXPECT_THAT(one.err, HasSubstr("needs it at rest in many attitudes"));
+  EXPECT_THAT(one.err, HasSubstr("needs rests in many attitudes"));
   EXPECT_EQ(run_axiscal({"calibrate", "--imu", log_path_, "--gyroscope", "gx,gy,gz", "-o",
                          folder_.path("one.json")})
                 .status,

@@ -131,7 +131,7 @@ TEST_F(ModelAxesTest, SaysWhatIsMissing) {
   const ProgramResult tare =
       attempt({"--tare", folder_.write("far.csv", readings({{40, 0}}, false, turned_))});
   EXPECT_EQ(tare.status, 1);
-  EXPECT_THAT(tare.err, HasSubstr("the tare would turn the model by"));
+  EXPECT_THAT(tare.err, HasSubstr("the correction by the tare would be"));
 }
 
 TEST_F(ModelAxesTest, ReadingsToBeConfirmedDecideTheStatus) {
@@ -180,7 +180,7 @@ TEST_F(ModelAxesTest, ThreeLabelledReadingsAreChecked) {
       run_axiscal({"check", record_, folder_.write("three.csv", three), "--json"});
   EXPECT_EQ(result.status, 0) << result.err << result.out;
   EXPECT_EQ(nlohmann::json::parse(result.out).at("changes").size(), 3U);
-  EXPECT_THAT(result.err, HasSubstr("held against the values that the record predicts"));
+  EXPECT_THAT(result.err, HasSubstr("compared with the predictions of the record"));
 }
 
 TEST_F(ModelAxesTest, SlotsOfSeveralKindsAreStatedOnTheLine) {

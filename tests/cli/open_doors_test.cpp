@@ -97,7 +97,7 @@ TEST_F(OpenDoors, SwappedArgumentsAreNamed) {
             0);
   const ProgramResult result = run_axiscal({"apply", run, cal_});
   EXPECT_NE(result.status, 0);
-  EXPECT_THAT(result.err, HasSubstr("record comes first"));
+  EXPECT_THAT(result.err, HasSubstr("record first"));
 }
 
 TEST_F(OpenDoors, SeveralRecordsCorrectALogAtOnce) {

@@ -121,7 +121,7 @@ TEST_F(StreamTest, AnotherInputIsNotResumed) {
   text_ = "serial,rest,fence,x,y,z\nother,-Z,+X,0,0,1\n" + text_.substr(text_.find('\n') + 1);
   const ProgramResult resumed = run({"--resume", "-o", output});
   EXPECT_EQ(resumed.status, 1);
-  EXPECT_THAT(resumed.err, HasSubstr("order has changed"));
+  EXPECT_THAT(resumed.err, HasSubstr("order of its units has changed"));
   EXPECT_EQ(read_file(output), before);
 }
 

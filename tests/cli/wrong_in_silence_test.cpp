@@ -127,7 +127,7 @@ TEST_F(WrongInSilence, ATemplateAsItStandsMakesADraft) {
   const ProgramResult report = run_axiscal(
       {"report", cal_, "--laboratory", laboratory, "-o", folder_.path("certificate.pdf")});
   ASSERT_EQ(report.status, 0) << report.err;
-  EXPECT_THAT(report.err, HasSubstr("asks for more"));
+  EXPECT_THAT(report.err, HasSubstr("requires"));
 }
 
 // The cube's sides lean by one degree, and only `rest` is stated. The bias is like (max + min) / 2.

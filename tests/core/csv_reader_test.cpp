@@ -96,7 +96,7 @@ TEST(CsvReader, CountsLinesOverCommentsAndQuotedLineEnds) {
 TEST(CsvReader, GoesOnBehindDefectiveRows) {
   using std::string_literals::operator""s;
   CsvReader csv(source_of("a,b\n1\n1,2,3\n\"x\"y,2\n1,\"open\n5,\0\n7,8\n"s), "t");
-  for (const char* defect : {"1 cells", "3 cells", "behind a closing quote", "not closed", "NUL"}) {
+  for (const char* defect : {"1 cells", "3 cells", "follows the closing quote", "lacks the closing quote", "NUL"}) {
     ASSERT_EQ(csv.next(), CsvReader::Row::defective);
     EXPECT_THAT(csv.defect(), HasSubstr(defect));
   }
@@ -110,7 +110,7 @@ TEST(CsvReader, SurvivesAQuoteThatTheEndOfTheFileLeavesOpen) {
   for (const std::size_t piece : {1U, 5U, 1000U}) {
     CsvReader csv(source_of("a,b\n1,\"2", piece), "t");
     ASSERT_EQ(csv.next(), CsvReader::Row::defective);
-    EXPECT_THAT(csv.defect(), HasSubstr("not closed"));
+    EXPECT_THAT(csv.defect(), HasSubstr("lacks the closing quote"));
     EXPECT_EQ(csv.next(), CsvReader::Row::end);
   }
 }
@@ -144,7 +144,7 @@ TEST(CsvReader, RejectsWhatIsNoTable) {
   EXPECT_THAT(complaint("caf\xE9,b\n"), HasSubstr("not UTF-8"));
   EXPECT_THAT(complaint("a,b,a\n"), HasSubstr("column 'a': is there twice"));
   EXPECT_THAT(complaint("a,,b\n"), HasSubstr("column 2 lacks a name"));
-  EXPECT_THAT(complaint("a,\"b\n"), HasSubstr("not closed"));
+  EXPECT_THAT(complaint("a,\"b\n"), HasSubstr("lacks the closing quote"));
 }
 
 TEST(CsvReader, RefusesEndlessLines) {

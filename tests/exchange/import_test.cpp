@@ -81,7 +81,7 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
   // A missing value, a cut file, and a parameter that appears twice.
   expect_bad("1\t1\tCAL_ACC0_XOFF\t9\n", "px4", "their.file:1: no parameter with a number");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1.\t9\n1\t1\tCAL_ACC0_YOFF\t1.", "px4", "their.file:2:");
-  expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n1\t1\tCAL_ACC0_XOFF\t2\t9\n", "px4", "is there twice");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n1\t1\tCAL_ACC0_XOFF\t2\t9\n", "px4", "occurs twice");
   expect_bad(
       "INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0\n"
       "INS_ACCSCAL_X,0\nINS_ACCSCAL_Y,1\nINS_ACCSCAL_Z,1\n",
@@ -89,7 +89,7 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
   expect_bad("{}", "imucal", "no calibration of imucal");
   expect_bad("{", "imucal", "no calibration of imucal");
   expect_bad(R"({"K_a": [[1,2],[3,4]], "R_a": 1, "b_a": []})", "imucal", "/K_a:");
-  expect_bad("imu0: [1, 2", "kalibr", "no YAML");
+  expect_bad("imu0: [1, 2", "kalibr", "not valid YAML");
   expect_bad("imu0:\n  accelerometers:\n    M: 3\n", "kalibr", "M: three rows");
   expect_bad("imu0: {}\n", "kalibr", "it has no imu0 with accelerometers");
   expect_bad("imu0:\n  accelerometers: 5\n", "kalibr", "it has no imu0 with accelerometers");

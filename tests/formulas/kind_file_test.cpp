@@ -79,7 +79,7 @@ TEST(KindFile, SaysWhatIsWrongWithAFormula) {
   EXPECT_THAT(complaint("hypot(x)"), HasSubstr("takes 2 numbers, not 1"));
   EXPECT_THAT(complaint("x y"), HasSubstr("goes wrong at character 3, before 'y'"));
   EXPECT_THAT(complaint("x = 3"), HasSubstr("goes wrong at character 3"));
-  EXPECT_THAT(complaint("(x"), HasSubstr("ends too early"));
+  EXPECT_THAT(complaint("(x"), HasSubstr("end is missing"));
   EXPECT_THAT(complaint(""), HasSubstr("the formula ''"));
   EXPECT_THAT(complaint(std::string(101, '(') + "x"), HasSubstr("more than 100 parentheses"));
   EXPECT_THAT(complaint(std::string(5000, 'q')), HasSubstr("has 5000 characters"));

@@ -87,7 +87,7 @@ TEST(CalibrateImu, OfABareBoard) {
   relative.sensitivity *= F;
   expect_near_truth(*imu.magnetometer, relative, 5.0);
   EXPECT_THAT(imu.magnetometer->findings.notes,
-              test::HasNote(HasSubstr("magnitudes are in units of the field")));
+              test::HasNote(HasSubstr("magnitudes are relative to the field")));
   ASSERT_EQ(imu.records().size(), 3U);
   EXPECT_EQ(imu.records()[2].provenance.slot, "magnetometer");
   for (const Calibration& record : imu.records()) {
@@ -243,11 +243,11 @@ TEST(CalibrateImu, SaysWhatIsWrong) {
       simulate_imu_log(some_imu(), std::vector<Eigen::Matrix3d>(14, Eigen::Matrix3d::Identity()));
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate_imu(one, options)); }),
-      HasSubstr("needs it at rest in many attitudes"));
+      HasSubstr("needs rests in many attitudes"));
   options.seats = Seats::recognised;
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate_imu(one, options)); }),
-      HasSubstr("there is one rest only"));
+      HasSubstr("cannot be found from one rest"));
   options.accelerometer = {"ax", "ay"};
   EXPECT_THROW(static_cast<void>(calibrate_imu(log, options)), DomainError);
 }

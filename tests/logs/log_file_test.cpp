@@ -79,7 +79,7 @@ TEST_F(LogFiles, WithoutAHeaderTakeNamesOrNumbers) {
   EXPECT_THAT(read("1 2 3\n4 5 6\n"),
               ElementsAre(ElementsAre(1, 4), ElementsAre(2, 5), ElementsAre(3, 6)));
   EXPECT_THAT(columns_, ElementsAre("c1", "c2", "c3"));
-  EXPECT_THAT(notes_, testing::Contains(HasSubstr("lacks a header")));
+  EXPECT_THAT(notes_, testing::Contains(HasSubstr("has no header")));
   read("1 2 3\n4 5 6\n", {.names = {"a", "b", "c"}});
   EXPECT_THAT(columns_, ElementsAre("a", "b", "c"));
   EXPECT_THAT(test::complaint_of<DataError>([&] {
@@ -195,7 +195,7 @@ TEST_F(LogFiles, SayWhyTheyCannotBeRead) {
   EXPECT_THAT(complaint(std::string("\x7f"
                                     "ELF\0\0\0\0",
                                     8)),
-              HasSubstr("is not text"));
+              HasSubstr("is neither text"));
   EXPECT_THAT(test::complaint_of<DataError>([&] { LogFile log(folder_.path("none.csv")); }),
               HasSubstr("no such file"));
   EXPECT_THAT(test::complaint_of<DataError>([&] { LogFile log(folder_.path("")); }),

@@ -129,7 +129,7 @@ TEST(RestingFaces, AreNoneOnAnEdgeAndRefusedWhereAnAxisWasNeverTurned) {
                 one_of_each << 1, 0, 0, 0, 1, 0, 0, 0, 1;
                 static_cast<void>(resting_faces(one_of_each));
               }),
-              HasSubstr("they lack opposite faces"));
+              HasSubstr("because opposite faces"));
 }
 
 TEST(LabelBySheet, FollowsTheSheet) {
@@ -170,7 +170,7 @@ TEST(LabelBySheet, SaysWhichSeatsDoNotFit) {
   twice.insert(twice.begin(), opposite(*faces[0]));
   const SeatLabels extra = label_by_sheet(twice, sheet);
   ASSERT_EQ(extra.messages.size(), 1U);
-  EXPECT_THAT(extra.messages[0], HasSubstr("fits no row of the sheet and is left out"));
+  EXPECT_THAT(extra.messages[0], HasSubstr("agrees with no row of the sheet and is left out"));
   EXPECT_FALSE(extra.points[0].has_value());
   EXPECT_EQ(extra.rows[1], 0U);
 
@@ -200,7 +200,7 @@ TEST(LabelByTurns, FindsTheFenceFaces) {
   turns[3] = turns[3] * Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitX());
   const SeatLabels off = label_by_turns(faces, turns, sheet[0].entry.point);
   EXPECT_THAT(off.messages,
-              testing::Contains(HasSubstr("degrees from every seat; it stays without a label")));
+              testing::Contains(HasSubstr("degrees from the nearest seat")));
   EXPECT_FALSE(off.points[4].has_value());
 }
 

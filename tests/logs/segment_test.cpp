@@ -255,7 +255,7 @@ TEST(Segment, SaysThatSlowMotionIsNoRest) {
     log.samples[2].push_back(std::cos(t) + 1e-3 * random.normal());
     log.samples[3].push_back(1e-3 * random.normal());
   }
-  EXPECT_THAT(segmented(log).warnings, Contains(HasSubstr("was it at rest?")));
+  EXPECT_THAT(segmented(log).warnings, Contains(HasSubstr("was the instrument at rest?")));
 }
 
 TEST(Segment, RefusesALogWithoutRest) {

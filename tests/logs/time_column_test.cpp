@@ -47,7 +47,7 @@ TEST(TimeUnit, OfInertialLogsIsSeenFromTheRate) {
                           Case{400.0, 1e-9, 1.79e9}, Case{1000.0, 1e-3, 1.79e9}}) {
     const TimeUnit unit = settled("time", times(one.rate_hz, one.seconds, one.start_s));
     EXPECT_EQ(unit.seconds, one.seconds) << one.rate_hz;
-    EXPECT_THAT(unit.remark, HasSubstr("the times are taken as")) << one.rate_hz;
+    EXPECT_THAT(unit.remark, HasSubstr("the times are assumed")) << one.rate_hz;
     EXPECT_THAT(unit.remark, HasSubstr("or state the rate"));
   }
   for (const double rate_hz : {0.6, 1.0, 50.0, 1e4, 9e5}) {

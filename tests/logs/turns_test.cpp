@@ -179,7 +179,7 @@ TEST(FitTurns, RefusesRevolutionsThatNoHandMakes) {
     ADD_FAILURE() << fit.most_revolutions << " revolutions were taken";
   } catch (const RefusedError& error) {
     EXPECT_THAT(error.what(),
-                testing::AnyOf(HasSubstr("no hand turns so"),
+                testing::AnyOf(HasSubstr("by hand. Check whether"),
                                HasSubstr("the turns do not fit any scale of the gyroscope")));
   }
 }
@@ -199,7 +199,7 @@ TEST(FitTurns, SaysWhatIsMissing) {
                 static_cast<void>(fit_turns(swapped, {.bias = some_gyroscope().bias},
                                             {.rate_per_unit = 1.0 / 3754.0}));
               }),
-              HasSubstr("Check the order and signs"));
+              HasSubstr("Check whether the order and signs"));
 }
 
 // The sensor is turned about one axis only, so only its scale factor is determined.

@@ -51,7 +51,7 @@ TEST(ContactPlane, SaysWhatFeetCannotBe) {
   EXPECT_THAT(complaint(feet), HasSubstr("feet of face +Z stand in a line"));
   feet = three_feet();
   feet[1].centre_m = feet[0].centre_m + Eigen::Vector3d(0.005, 0.0, 0.0);
-  EXPECT_THAT(complaint(feet), HasSubstr("go into each other"));
+  EXPECT_THAT(complaint(feet), HasSubstr("overlap: the distance of"));
   feet = three_feet();
   feet[1].radius_m = -1e-3;
   EXPECT_THAT(complaint(feet), HasSubstr("not negative"));
@@ -65,7 +65,7 @@ TEST(ContactPlane, SaysWhatFeetCannotBe) {
   for (Ball& ball : feet) {
     ball.centre_m.z() *= -1.0;
   }
-  EXPECT_THAT(complaint(feet), HasSubstr("on the other side of the cube's centre"));
+  EXPECT_THAT(complaint(feet), HasSubstr("on the wrong side of the cube's centre"));
   feet = three_feet();
   feet[0].radius_m = 0.022;  // its neighbours are 0.025 and 0.0277 m away
   feet[1].radius_m = 0.0;

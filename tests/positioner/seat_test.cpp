@@ -231,7 +231,7 @@ TEST(Seat, RefusesWhatCannotBe) {
   for (Ball& ball : feet[static_cast<std::size_t>(Face::plus_y)]) {
     ball.centre_m.x() += 0.028;
   }
-  EXPECT_THAT(defect(feet, Face::minus_z, Face::plus_y), HasSubstr("must lie between two feet"));
+  EXPECT_THAT(defect(feet, Face::minus_z, Face::plus_y), HasSubstr("centre between them"));
 
   // A foot of a side face is below the table, and a foot of another face is behind the fence.
   feet = feet_of_frame({});

@@ -62,7 +62,7 @@ TEST(CalibrationReport, ShowsWhatThereIs) {
 // For a mirrored instrument the rotation is stated relative to the half turn.
 TEST(CalibrationReport, AlignmentsHaveTheirTable) {
   Calibration calibration = calibrated();
-  EXPECT_THAT(calibration_report(calibration), Not(HasSubstr("instruments against these")));
+  EXPECT_THAT(calibration_report(calibration), Not(HasSubstr("instruments relative to this one")));
   const Eigen::Matrix3d half_turn = Eigen::Vector3d(-1.0, -1.0, 1.0).asDiagonal();
   calibration.fit.slot_alignments = {
       {.slot = "R",
@@ -70,7 +70,7 @@ TEST(CalibrationReport, AlignmentsHaveTheirTable) {
        .u_rad = Eigen::Vector3d::Constant(1e-4),
        .expanded_rad = Eigen::Vector3d::Constant(2.1e-4)}};
   const std::string page = calibration_report(calibration);
-  EXPECT_THAT(page, HasSubstr("instruments against these [mrad]"));
+  EXPECT_THAT(page, HasSubstr("instruments relative to this one [mrad]"));
   EXPECT_THAT(page, HasSubstr(">1.25<"));
   EXPECT_THAT(page, HasSubstr(">0.21<"));
 }
@@ -257,9 +257,9 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   const std::size_t verdict = page.find("class=\"verdict refused\"");
   ASSERT_NE(verdict, std::string::npos);
   EXPECT_LT(verdict, page.find("<section"));
-  EXPECT_THAT(page, HasSubstr("Refused: do not use it."));
+  EXPECT_THAT(page, HasSubstr("Refused: do not use this calibration."));
   EXPECT_THAT(page, HasSubstr("Most likely: run 7 was taken on +Y"));
-  EXPECT_THAT(page, Not(HasSubstr("One reading tells")));
+  EXPECT_THAT(page, Not(HasSubstr("from one reading is")));
   EXPECT_THAT(page, HasSubstr("class=\"suspect\">look at it"));
 }
 
@@ -269,7 +269,7 @@ TEST(CalibrationReport, AConfirmationThatFailsIsTheVerdict) {
   calibration.findings.confirmation = Confirmation{.p_value = 1e-9, .passed = false};
   const std::string page = calibration_report(calibration);
   EXPECT_THAT(page, HasSubstr("class=\"verdict refused\""));
-  EXPECT_THAT(page, HasSubstr("the readings kept for confirmation contradict it"));
+  EXPECT_THAT(page, HasSubstr("the confirmation readings contradict the fit"));
   EXPECT_THAT(page, Not(HasSubstr("No problems found")));
 }
 
@@ -291,7 +291,7 @@ TEST(CalibrationReport, LimitsThatAreNotMetAreARefusal) {
               .rule = "guarded",
               .limits = {{.parameter = "x.bias", .value = 0.2, .high = 0.1, .passed = false}}};
   const std::string page = calibration_report(calibration);
-  EXPECT_THAT(page, HasSubstr("It does not meet its limits."));
+  EXPECT_THAT(page, HasSubstr("The unit does not meet its limits."));
   EXPECT_THAT(page, HasSubstr("<td>failed</td>"));
 }
 

@@ -74,13 +74,13 @@ TEST(ConversionOfFields, RefusesAnotherQuantity) {
     return test::complaint_of<DomainError>(
         [&] { static_cast<void>(field_conversion(field, unit)); });
   };
-  EXPECT_THAT(complaint(gravity_in_g(), "nT"), HasSubstr("'g' does not convert to 'nT'"));
+  EXPECT_THAT(complaint(gravity_in_g(), "nT"), HasSubstr("'g' cannot be converted to 'nT'"));
   EXPECT_THAT(complaint(gravity_in_si(), "deg/s"), HasSubstr("'m/s^2'"));
-  EXPECT_THAT(complaint(field_in_nanotesla(), "g"), HasSubstr("does not convert"));
+  EXPECT_THAT(complaint(field_in_nanotesla(), "g"), HasSubstr("cannot be converted"));
   EXPECT_THAT(complaint(field_in_nanotesla(), "furlong"), HasSubstr("'furlong'"));
   FieldDescription nowhere = gravity_in_g();
   nowhere.local_gravity.reset();
-  EXPECT_THAT(complaint(nowhere, "m/s^2"), HasSubstr("does not say what its g was"));
+  EXPECT_THAT(complaint(nowhere, "m/s^2"), HasSubstr("does not state the gravity of its site"));
   EXPECT_EQ(complaint(nowhere, "g"), "accepted");
 }
 

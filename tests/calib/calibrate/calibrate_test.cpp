@@ -565,7 +565,7 @@ TEST(Calibrate, RefusesAMagnitudeBesideAUsersOwnField) {
   experiment.field.magnitude = 2.0 * Centrifuge().magnitude();
   EXPECT_THAT(test::complaint_of<SetupError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
-              testing::HasSubstr("leave out the other magnitude"));
+              testing::HasSubstr("remove the stated magnitude"));
 }
 
 TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
@@ -842,12 +842,12 @@ TEST(Calibrate, WarnsOfAReversedAxisAndOfExchangedOnes) {
   truth.response.sensitivity.row(1) *= -1.0;
   const Calibration reversed = calibrate(experiment_for(truth), observe(truth, {}));
   ASSERT_EQ(codes(reversed), std::vector<std::string_view>{"axis_reversed"});
-  EXPECT_THAT(reversed.findings.warnings[0].message, HasSubstr("axis y reads reversed"));
+  EXPECT_THAT(reversed.findings.warnings[0].message, HasSubstr("axis y is reversed"));
   truth = accelerometer_truth();
   truth.response.sensitivity.row(0).swap(truth.response.sensitivity.row(2));
   const Calibration swapped = calibrate(experiment_for(truth), observe(truth, {}));
   EXPECT_EQ(codes(swapped), (std::vector<std::string_view>{"axis_swapped", "axis_swapped"}));
-  EXPECT_THAT(swapped.findings.warnings[0].message, HasSubstr("axis x reads mostly along +z"));
+  EXPECT_THAT(swapped.findings.warnings[0].message, HasSubstr("axis x is most sensitive along +z"));
 }
 
 TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {

@@ -151,7 +151,7 @@ TEST_F(Rule, NamesAResponseThatBends) {
 TEST_F(Rule, NamesASlopeThatContradictsTheGivenField) {
   record_.fit.method = Method::known;
   record_.fit.levelness->mean_x = 0.02;
-  expect_one(slope_rule(), WarningCode::slope, "correct the slope");
+  expect_one(slope_rule(), WarningCode::slope, "correct the stated slope");
 }
 
 TEST_F(Rule, NamesUnpairedReadings) {
@@ -174,7 +174,7 @@ TEST_F(Rule, NamesAPoorDesign) {
   record_.fit.statistics->condition_number = 31.0;
   expect_one(condition_rule(), WarningCode::ill_conditioned, "31");
   record_.fit.statistics->degrees_of_freedom(1) = 0.0;
-  expect_one(no_redundancy_rule(), WarningCode::no_redundancy, "just as many readings");
+  expect_one(no_redundancy_rule(), WarningCode::no_redundancy, "equals the number of coefficients");
 }
 
 TEST_F(Rule, NamesASaturatedAxis) {
@@ -186,7 +186,7 @@ TEST_F(Rule, NamesAFaceUnlessTheReadingsWereSearched) {
   record_.fit.levelness->suspect =
       LevelnessEstimate{.point = *record_.fit.residuals.front().point, .block = 1};
   record_.fit.levelness->p_value = 1e-3;
-  expect_one(levelness_rule(), WarningCode::levelness, "disagrees with the other faces");
+  expect_one(levelness_rule(), WarningCode::levelness, "disagrees with the slope from the other faces");
   searched_ = true;
   EXPECT_TRUE(found_by(levelness_rule()).empty());
 }

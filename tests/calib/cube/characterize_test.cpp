@@ -513,8 +513,8 @@ TEST(Characterize, RefusesWhatCannotBeMeasured) {
     return test::complaint_of<Error>([&] { static_cast<void>(characterize(references, options)); });
   };
   EXPECT_EQ(complaint(good), "accepted");
-  EXPECT_THAT(complaint(good, {.leave_out = {"A"}}), HasSubstr("no references are left"));
-  EXPECT_THAT(complaint({good[0], good[0]}), HasSubstr("slot name of its own"));
+  EXPECT_THAT(complaint(good, {.leave_out = {"A"}}), HasSubstr("all slots were left out, so no instrument is left"));
+  EXPECT_THAT(complaint({good[0], good[0]}), HasSubstr("unique slot name"));
 
   const auto without = [&](const auto& drop) {
     std::vector<Reference> references = good;
@@ -533,7 +533,7 @@ TEST(Characterize, RefusesWhatCannotBeMeasured) {
     return references;
   };
   EXPECT_THAT(complaint(without([](const DesignPoint& p) { return p.rest() == Face::minus_y; })),
-              HasSubstr("no reading rests on face -Y"));
+              HasSubstr("no reading has the rest face -Y"));
   EXPECT_THAT(complaint(without([](const DesignPoint& p) { return !is_positive(p.fence()); })),
               HasSubstr("no reading has its opposite"));
   std::vector<Reference> references = good;

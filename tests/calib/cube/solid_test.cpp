@@ -126,7 +126,7 @@ TEST(SolidRunSeats, OfReadingsLeftOutDoNotMatter) {
   experiment.positioner = tipping_cube();
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("cannot lie so"));
+      HasSubstr("cannot lie in this way"));
   for (const Reading& reading : run.readings) {
     if (!experiment.positioner.seat(*reading.point).defect.empty()) {
       experiment.leave_out.push_back(reading.run);
@@ -257,7 +257,7 @@ TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
   experiment.fit.method = Method::known;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("level by block goes with paired and joint"));
+      HasSubstr("level by block needs paired or joint"));
 }
 
 TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {
@@ -287,7 +287,7 @@ TEST(LevelByBlockSetup, RefusesABlockWithoutOpposites) {
   }
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("level by block: some block lacks opposite readings"));
+      HasSubstr("level by block: a block has too few opposite readings"));
 }
 
 // ---- assemblies ----

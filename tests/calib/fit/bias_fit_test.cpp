@@ -335,7 +335,7 @@ TEST(BiasFit, RefusesARecordOfOtherAxes) {
   from->sensor.response.bias = Eigen::VectorXd::Zero(2);
   sweep.experiment.from = from;
   EXPECT_THAT(test::complaint_of<SetupError>([&] { static_cast<void>(sweep.fitted()); }),
-              HasSubstr("has 2 axes, and the readings 3"));
+              HasSubstr("has 2 axes, but the readings have 3"));
 }
 
 // ---- long sweeps ----
@@ -373,7 +373,7 @@ TEST(BiasFit, FindsHysteresisBetweenTheWays) {
   // The bias lies anywhere between the branches (uniform distribution), so its sd is half /
   // sqrt(3).
   EXPECT_NEAR(std::sqrt(found->covariance(3, 3)), half / std::sqrt(3.0), 0.2 * half);
-  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("on the way up and on the way")));
+  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("at rising and at falling temperature")));
 }
 
 TEST(BiasFit, FindsNoHysteresisInWhiteNoise) {
@@ -388,7 +388,7 @@ TEST(BiasFit, FindsNoHysteresisInWhiteNoise) {
 TEST(BiasFit, SaysThatOneWayShowsNoHysteresis) {
   const RestingSweep sweep("gyroscope", "deg/s", slow_sweep(300, false));
   const Calibration record = sweep.fitted();
-  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("swept one way only")));
+  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("swept in one direction only")));
   EXPECT_EQ(component_in(record, "hysteresis"), nullptr);
 }
 

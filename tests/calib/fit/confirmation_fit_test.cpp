@@ -364,7 +364,7 @@ TEST(Confirmed, DoesNotCompareTheShiftOfANewBlock) {
       confirmed(same_block.fitted, same_block.kept_out, all.field, true);
   EXPECT_FALSE(shifted.confirmation.passed);
   ASSERT_EQ(shifted.notes.size(), 1U);
-  EXPECT_THAT(shifted.notes[0].message, testing::HasSubstr("A shift of the biases"));
+  EXPECT_THAT(shifted.notes[0].message, testing::HasSubstr("A common shift of the biases"));
   for (const std::size_t i : gone) {
     all.readings[i].block = 2;
   }

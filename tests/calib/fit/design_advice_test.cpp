@@ -121,7 +121,7 @@ TEST(PointsToAdd, TryLevelsIfTheyHelp) {
   // The cube can lie on this rest face only.
   const RowsForPoint rows = [&](const DesignPoint& point, double level) -> Eigen::MatrixXd {
     if (point.rest() != Face::minus_z) {
-      throw RefusedError("the cube cannot lie so");
+      throw RefusedError("the cube cannot lie in this way");
     }
     return rows_of_points(set, field)(point, level)(Eigen::all, {0, 3});
   };
@@ -212,8 +212,8 @@ TEST(RequireDetermined, NamesCoefficientsAndPoints) {
   const std::vector<DesignEntry> added = points_of_advice(plain);
   ASSERT_EQ(added.size(), 2U);
   EXPECT_EQ(rank_by_lu(with_points(test::rows_of(set, field_upright), added, rows)), 4);
-  EXPECT_THAT(plain, testing::Not(HasSubstr("turned round")));
-  EXPECT_THAT(refusal_of_design(set, rows, true), HasSubstr("each also turned round"));
+  EXPECT_THAT(plain, testing::Not(HasSubstr("opposite fence face")));
+  EXPECT_THAT(refusal_of_design(set, rows, true), HasSubstr("each also with the opposite fence face"));
 }
 
 TEST(RequireDetermined, AsksForOtherDirectionsIfReadingsBringTheirFields) {
@@ -235,7 +235,7 @@ TEST(RequireDetermined, TellsOneSidedAxesToTakeDarkReadings) {
     FAIL() << "an axis that sees too little was accepted";
   } catch (const RankDeficientError& error) {
     EXPECT_THAT(error.undetermined(), ElementsAre("z.sensitivity.y"));
-    EXPECT_THAT(error.what(), HasSubstr("lamp dark (level 0)"));
+    EXPECT_THAT(error.what(), HasSubstr("lamp off (level 0)"));
     EXPECT_FALSE(error.settings().empty());
   }
 }

@@ -84,7 +84,7 @@ TEST(LongRecording, SaysWhenItIsShortForItsNoise) {
   const SensorModel truth = accelerometer_truth();
   const Calibration found =
       calibrate(magnitude_experiment(truth), hand_motion(truth, 1500, 0.995, 3));
-  EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("short for its own noise")));
+  EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("short relative to the correlation of its noise")));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
@@ -133,7 +133,7 @@ TEST(ThermalSweep, CountsHysteresisAndNamesIt) {
   EXPECT_GE(found.fit.statistics->interval_95(0), 0.05);
   EXPECT_LE(found.fit.statistics->interval_95(0), 0.12);
   EXPECT_THAT(found.findings.notes,
-              test::HasNote(testing::HasSubstr("hysteresis: the biases on the way up")));
+              test::HasNote(testing::HasSubstr("hysteresis: the biases at rising")));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }

@@ -453,7 +453,7 @@ TEST(FitRests, OfDriftingBiasesAreThoseOfTheMiddle) {
                    1e-3 * random.normals<3>().transpose();
   }
   const RestFit fit = fit_rests(means, directions_up(n, 4));
-  EXPECT_THAT(fit.remark, HasSubstr("drift over the log"));
+  EXPECT_THAT(fit.remark, HasSubstr("change over the log"));
   EXPECT_MATRIX_NEAR(fit.bias, Eigen::Vector3d(0.1, 0.2, 0.3), 2e-3);
   // The scatter is about the line. That about the mean would be 0.015.
   EXPECT_LT(fit.sd.maxCoeff(), 2e-3);

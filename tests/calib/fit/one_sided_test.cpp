@@ -294,7 +294,7 @@ TEST(OneSidedAxes, NeedTheDarkBesideALightThatStaysOn) {
   AxisMask seen;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(run.estimate(Method::known, seen)); }),
-      HasSubstr("no reading has the switched light off (level 0)"));
+      HasSubstr("no reading was taken with the other light off (level 0)"));
 }
 
 // If the lamp is on the table's normal, the light reaches each axis from one direction only.

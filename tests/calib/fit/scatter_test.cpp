@@ -236,7 +236,7 @@ TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   const std::string notes = notes_of(bent);
   EXPECT_THAT(notes, HasSubstr("squared terms were fitted"));
   // The squared term k2 (S f)^2 adds k2 S^2 to the reading at full field.
-  const std::size_t at = notes.find("they add ");
+  const std::size_t at = notes.find("the squared terms are");
   ASSERT_NE(at, std::string::npos) << notes;
   const double S = bent.sensor.response.sensitivity(0, 0);
   EXPECT_NEAR(std::stod(notes.substr(at + 9)), k2 * S * S, 0.1 * k2 * S * S);

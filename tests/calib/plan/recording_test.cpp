@@ -135,7 +135,7 @@ TEST(Turns, TheSeatsScatterIsFound) {
                      Eigen::Vector3d::Zero(), options),
       sheet, truth.instrument, Positioner(), Eigen::Matrix3d::Identity(), std::nullopt);
   const std::string& note = found.findings.notes.front().message;
-  const std::size_t at = note.find("scatters by ");
+  const std::size_t at = note.find("the part of each rest");
   ASSERT_NE(at, std::string::npos) << note;
   EXPECT_NEAR(std::stod(note.substr(at + 12)) * rad_per_deg, 5e-4, 1e-4);
 }

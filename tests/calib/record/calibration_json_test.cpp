@@ -97,7 +97,7 @@ TEST(CalibrationJson, WritesManyReadingsAsATable) {
   old_form["residuals"] = rows;
   EXPECT_EQ(calibration_json(parse_calibration(old_form.dump(), "cal.json")), text);
   record["residuals"]["run"].erase(5);
-  EXPECT_THAT(complaint(record), HasSubstr("entries, and the first column"));
+  EXPECT_THAT(complaint(record), HasSubstr("entries, but the first column"));
 }
 
 TEST(CalibrationJson, HasTheKeysOfTheContract) {

@@ -112,7 +112,7 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
 TEST(ReadObservations, TakesWholeNumbersAsDataFramesWriteThem) {
   EXPECT_EQ(read("run,rest,fence,x,y,z\n7.0,+X,+Y,1,2,3\n").observations.readings.at(0).run, 7);
   EXPECT_THAT(csv_complaint("run,rest,fence,x,y,z\n7.5,+X,+Y,1,2,3\n"),
-              HasSubstr("'7.5' is not a whole number"));
+              HasSubstr("'7.5' must be a whole number"));
 }
 
 TEST(ReadObservations, NeedsTheColumnsThatAreAskedFor) {

@@ -45,7 +45,7 @@ TEST(RunColumns, MistakesNameTheColumn) {
   EXPECT_THAT(complaint(columns), HasSubstr("rest: 'up' in reading 2"));
   columns.rest = {"-Z", "-Z"};
   columns.level = Eigen::VectorXd::Zero(3);
-  EXPECT_THAT(complaint(columns), HasSubstr("level: expected 2 values, one a reading, not 3"));
+  EXPECT_THAT(complaint(columns), HasSubstr("level: expected 2 values (one per reading), not 3"));
 }
 
 }  // namespace

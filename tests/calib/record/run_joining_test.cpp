@@ -165,7 +165,7 @@ TEST(MakeRun, NumbersTheReadingsFromOne) {
   EXPECT_THAT(run.inputs, IsEmpty());
   EXPECT_THAT(test::complaint_of<DomainError>(
                   [&] { static_cast<void>(make_run(points, response.topRows(1))); }),
-              HasSubstr("2 design points, but 1 readings"));
+              HasSubstr("2 design points for 1 readings"));
 }
 
 // ---- units under test ----

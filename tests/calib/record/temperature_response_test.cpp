@@ -426,7 +426,7 @@ TEST(SoakOfAWrongLog, IsRefused) {
   std::swap(backwards.time_s[3], backwards.time_s[4]);
   EXPECT_THAT(
       test::complaint_of<DomainError>([&] { static_cast<void>(backwards.state(100.0, 1.0)); }),
-      HasSubstr("times ascending"));
+      HasSubstr("ascending"));
   Log missing = log;
   missing.value.pop_back();
   EXPECT_THAT(

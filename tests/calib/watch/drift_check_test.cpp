@@ -128,7 +128,7 @@ TEST(DriftCheck, TakesARecordWithoutCovarianceAsExact) {
     axes.add(std::pow(x, nu / 2.0) * (1.0 + nu / 2.0 * (1.0 - x)));
   }
   EXPECT_NEAR(check.p_value, axes.p_value(), 1e-9);
-  EXPECT_THAT(check.notes, testing::Contains(HasSubstr("counts as exact")));
+  EXPECT_THAT(check.notes, testing::Contains(HasSubstr("is taken as exact")));
   EXPECT_NEAR(check.changes[2].z, 2.0, 1e-9);
 }
 
@@ -227,7 +227,7 @@ TEST(DriftCheck, DoesNotCountTheErrorsThatBothRunsShare) {
   const double by_readings = std::sqrt(2.0) * u_of_parameter;
   EXPECT_NEAR(u_of(), by_readings, 1e-9);
   EXPECT_THAT(check_drift(old, fresh).notes,
-              testing::ElementsAre(HasSubstr("one positioner"), HasSubstr("one source")));
+              testing::ElementsAre(HasSubstr("the same positioner"), HasSubstr("one source")));
   fresh.provenance.positioner = "cube-2";
   EXPECT_NEAR(u_of(), std::hypot(by_readings, std::sqrt(2.0) * u_input), 1e-9);
   fresh.sensor.field.model = "wgs84";

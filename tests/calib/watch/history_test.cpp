@@ -198,7 +198,7 @@ TEST_F(HistoryOfFolder, OfOneDateHasNoLine) {
   EXPECT_TRUE(std::isnan(same.slope_u_per_year));
   EXPECT_TRUE(same.meets_limit_on.empty());
   EXPECT_FALSE(same.outside);
-  EXPECT_THAT(history_text(read().front()), testing::Not(HasSubstr("a year")));
+  EXPECT_THAT(history_text(read().front()), testing::Not(HasSubstr("per year")));
 }
 
 // On the stated date the line reaches its limit. At the ends of the interval the bounds of its
@@ -222,7 +222,7 @@ TEST_F(HistoryOfFolder, DatesTheLimitWithItsInterval) {
   EXPECT_FALSE(found.outside);
   EXPECT_THAT(
       history_text(read(Limits{.limits = {{.parameter = "x.bias", .high = limit}}}).front()),
-      HasSubstr("meets its limit on " + found.meets_limit_on + " (95 %: from " +
+      HasSubstr("will reach its limit on" + found.meets_limit_on + " (95 %: from " +
                 found.meets_limit_from + " to " + found.meets_limit_until + ")"));
 }
 
@@ -298,7 +298,7 @@ TEST_F(HistoryOfFolder, TellsLimitsItDoesNotHoldFromUnknownOnes) {
   EXPECT_THAT(test::complaint_of<DomainError>([&] {
                 static_cast<void>(read(Limits{.limits = {{.parameter = "w.bias", .high = 1.0}}}));
               }),
-              HasSubstr("limit 'w.bias': a history knows biases and sensitivities only"));
+              HasSubstr("limit 'w.bias': a history contains only biases and sensitivities"));
   // In an empty folder no axes are known, so every name is accepted.
   const test::ScratchFolder empty;
   EXPECT_TRUE(read_history(records_in_folder(empty.path("")),
@@ -311,7 +311,7 @@ TEST_F(HistoryOfFolder, NeedsADateInEachRecord) {
   record.provenance.created.clear();
   folder_.write("undated.json", calibration_json(record));
   EXPECT_THAT(test::complaint_of<DataError>([&] { static_cast<void>(read()); }),
-              HasSubstr("the history needs the date of a calibration"));
+              HasSubstr("is not a date; the history needs the date of the calibration"));
 }
 
 TEST_F(HistoryOfFolder, IsWrittenAsJson) {

@@ -124,7 +124,7 @@ TEST(CheckOfLabelled, FindsTheChangesOfTheBiases) {
                 1e-4);
     EXPECT_NEAR(change.z, (change.new_value - change.old_value) / change.u, 1e-12);
   }
-  EXPECT_THAT(check.notes, testing::ElementsAre(HasSubstr("the 5 readings are held against")));
+  EXPECT_THAT(check.notes, testing::ElementsAre(HasSubstr("the 5 readings are compared with")));
 }
 
 TEST(CheckOfLabelled, DoesNotDependOnTheSlopeOfTheTable) {
@@ -271,17 +271,17 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
   EXPECT_THAT(refusal([](Calibration&, Observations& o) {
                 o = select_rows(o, {1, 1, 1});
               }),
-              HasSubstr("apart; take them at different faces"));
+              HasSubstr("; take readings on more faces"));
   EXPECT_THAT(refusal([](Calibration&, Observations& o) { o.has_fence = false; }),
               HasSubstr("the column fence"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.field.unit = "m/s^2"; }),
               HasSubstr("the record's field is in m/s^2, the readings' in g"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.instrument.one_sided = true; }),
-              HasSubstr("one field and plain axes"));
+              HasSubstr("has several fields or one-sided axes"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.also.resize(1); }),
-              HasSubstr("one field and plain axes"));
+              HasSubstr("has several fields or one-sided axes"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.field.parts.resize(2); }),
-              HasSubstr("one field and plain axes"));
+              HasSubstr("has several fields or one-sided axes"));
   Calibration bare = record;
   bare.fit.statistics.reset();
   EXPECT_THAT(
