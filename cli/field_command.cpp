@@ -200,8 +200,7 @@ int run(const FieldCommand& command) {
 Subcommand field_subcommand() {
   return make_subcommand<FieldCommand>(
       "field",
-      "compute gravity, the magnetic field, the Earth's rotation and the sun's position "
-      "at a site",
+      "compute gravity, magnetic field, rotation and sun at a site",
       "", &add_options, &run);
 }
 

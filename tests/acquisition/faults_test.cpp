@@ -582,7 +582,7 @@ TEST_F(FaultTest, ASlotThatThePositionerLacksIsRefused) {
   const ProgramResult wrong = run_axiscal({"acquire", "--connect", "sim:", "--positioner", cube,
                                            "--slot", "right", "--unattended", "--name", name_});
   EXPECT_EQ(wrong.status, 2);
-  EXPECT_NE(wrong.err.find("lacks a mount for slot 'right'; its slots: left"), std::string::npos)
+  EXPECT_NE(wrong.err.find("does not have a slot 'right'; its slots are left"), std::string::npos)
       << wrong.err;
   EXPECT_FALSE(std::filesystem::exists(name_ + ".journal"));
 }
@@ -722,7 +722,7 @@ TEST(AcquireCommand, ListsKindsAndSaysWhatIsMissing) {
                   {.stdin_text = "a,b,c\n1,2,3\n"});
   std::filesystem::remove("/tmp/axiscal-wrong-channels.journal");
   EXPECT_EQ(wrong.status, 2);
-  EXPECT_NE(wrong.err.find("their channels: a, b, c"), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find("their channels are: a, b, c"), std::string::npos) << wrong.err;
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ TEST_F(AnyFile, OfAPhoneOnSixFacesIsCalibratedByOneCommand) {
   const ProgramResult result =
       run_axiscal({"calibrate", "--imu", six_faces(), "-o", folder_.path("imu-{slot}.json")});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_THAT(unwrapped(result.err), HasSubstr("it lay on its six faces"));
+  EXPECT_THAT(unwrapped(result.err), HasSubstr("lay on its six faces"));
   const auto record = json_of(folder_.path("imu-accelerometer.json"));
   EXPECT_EQ(record["instrument"]["unit"], "m/s^2");
   EXPECT_EQ(record["instrument"]["axes"][0], "X");
@@ -271,7 +271,7 @@ TEST_F(AnyFile, InAnotherUnitIsConvertedOrRefused) {
   EXPECT_NEAR(first_number(other.out), first_number(same.out), 1e-6);
   const ProgramResult volts = apply("X (V),Y (V),Z (V)", "0.1,0.2,9.8");
   EXPECT_EQ(volts.status, 3);
-  EXPECT_THAT(volts.err, HasSubstr("is in V by its header"));
+  EXPECT_THAT(volts.err, HasSubstr("is in V according to its header"));
 }
 
 TEST_F(AnyFile, TakesNoSensorThatIsDeadOrMadeByAFilter) {
@@ -285,7 +285,7 @@ TEST_F(AnyFile, TakesNoSensorThatIsDeadOrMadeByAFilter) {
   const ProgramResult dead = run_axiscal({"calibrate", "--imu", folder_.write("dead.csv", text),
                                           "-o", folder_.path("dead-{slot}.json")});
   EXPECT_EQ(dead.status, 0) << dead.err;
-  EXPECT_THAT(unwrapped(dead.err), HasSubstr("gyroscope (gx, gy, gz) does not vary"));
+  EXPECT_THAT(unwrapped(dead.err), HasSubstr("gyroscope (gx, gy, gz) has constant readings"));
   // The series `gravity` of Sensor Logger is filtered and has no noise, so a choice by noise would
   // prefer it.
   std::filesystem::create_directory(folder_.path("phone"));

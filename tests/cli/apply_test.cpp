@@ -145,7 +145,7 @@ TEST_F(ApplyCommand, CountsWhatItCannotReduce) {
   const std::string input = folder_.write("in.csv", "x,y,z\n0,0,2.5\n0,oops,2.5\n0,0\n");
   const ProgramResult result = run_axiscal({"apply", record_, input});
   EXPECT_EQ(result.status, 0);
-  EXPECT_THAT(result.err, HasSubstr("2 of 3 rows could not be reduced (first: line 3)"));
+  EXPECT_THAT(result.err, HasSubstr("2 of 3 rows gave no result (the first is line 3)"));
   EXPECT_EQ(csv_cells(result.out).size(), 4U);
   EXPECT_EQ(csv_cells(result.out)[2].back(), "unreadable");
   const std::string output = folder_.write("out.csv", "earlier");

@@ -56,7 +56,7 @@ std::vector<BadFile> bad_files() {
       {"CommentsOnly", "# nothing\n\n", "1", "empty"},
       {"HeaderOnly", header, "1", "the table has a header"},
       {"MissingColumn", "rest,fence,x,y\n+X,+Y,1,2\n", "1", "column 'z': is missing"},
-      {"DuplicateColumn", "rest,fence,x,y,x\n", "1", "column 'x': is there twice"},
+      {"DuplicateColumn", "rest,fence,x,y,x\n", "1", "column 'x': occurs twice"},
       {"UnknownFace", header + good + "+W,+Y,1,2,3\n", "3", "column 'rest': '+W'"},
       {"SameAxis", header + good + "+X,-X,1,2,3\n", "3", "column 'fence'"},
       {"Word", cell("abc"), "3", "column 'y': 'abc'"},

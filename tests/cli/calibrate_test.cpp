@@ -84,7 +84,7 @@ TEST(CalibrateCommand, WritesTheRecordAndPrintsTheTables) {
       calibrate({run}, {"--serial", "QA-113", "--all", "-o", folder.path("cal.json")});
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.err, testing::Not(HasSubstr("warning"))) << "a good run has none";
-  EXPECT_THAT(result.err, HasSubstr("repeatability only"));
+  EXPECT_THAT(result.err, HasSubstr("only repeatability"));
   const json record = read_json(folder.path("cal.json"));
   EXPECT_EQ(record["instrument"]["serial"], "QA-113");
   EXPECT_EQ(record["inputs"][0]["path"], run);
@@ -274,7 +274,7 @@ TEST(CalibrateCommand, WarnsOnStandardError) {
   const std::string run = folder.write("run.csv", observations_text(truth, {}));
   const ProgramResult result = calibrate({run}, {"-o", folder.path("cal.json")});
   EXPECT_EQ(result.status, 0);
-  EXPECT_THAT(result.err, HasSubstr("warning: axis x reads reversed"));
+  EXPECT_THAT(result.err, HasSubstr("warning: axis x is reversed"));
   const json record = read_json(folder.path("cal.json"));
   EXPECT_EQ(record["status"], "warning");
   EXPECT_EQ(record["warnings"][0]["code"], "axis_reversed");

@@ -52,7 +52,7 @@ TEST_F(HonestAnswers, AWalkIsNoCalibration) {
        "--field", "gravity", "--method", "magnitude", "--unit", "m/s^2"});
   EXPECT_EQ(result.status, 1);
   EXPECT_THAT(unwrapped(result.err), HasSubstr("the instrument was moving"));
-  EXPECT_THAT(unwrapped(result.err), HasSubstr("(indoors?)"));
+  EXPECT_THAT(unwrapped(result.err), HasSubstr("indoors"));
 }
 
 TEST_F(HonestAnswers, AUnitOfTheFieldMeansASensitivityOfOne) {
@@ -148,11 +148,11 @@ TEST_F(HonestAnswers, TemperaturesAreNotPassedOverInSilence) {
   EXPECT_THAT(calibrate(run_with("soaks.csv", 3, true)).err,
               HasSubstr("temperature order 1 was chosen"));
   const ProgramResult few = calibrate(run_with("few.csv", 1, false), {"--method", "paired"});
-  EXPECT_THAT(unwrapped(few.err), HasSubstr("the column 'temperature' goes from"));
+  EXPECT_THAT(unwrapped(few.err), HasSubstr("the column 'temperature' range from"));
   EXPECT_THAT(unwrapped(calibrate(folder_.path("few.csv"),
                                   {"--method", "paired", "--temperature-order", "0"})
                             .err),
-              Not(HasSubstr("the column 'temperature' goes from")));
+              Not(HasSubstr("the column 'temperature' range from")));
 }
 
 TEST_F(HonestAnswers, WhatIsIgnoredIsRefused) {
@@ -190,7 +190,7 @@ TEST_F(HonestAnswers, WhatIsIgnoredIsRefused) {
   const ProgramResult kinds =
       run_axiscal({"calibrate", folder_.write("two.csv", two), "--instrument", "accelerometer"});
   EXPECT_EQ(kinds.status, 2);
-  EXPECT_THAT(kinds.err, HasSubstr("slot 'mag' looks like a magnetometer"));
+  EXPECT_THAT(kinds.err, HasSubstr("slot 'mag' suggests the kind"));
 }
 
 TEST_F(HonestAnswers, LevelTakesReadingsAsTheDocsSay) {
@@ -251,7 +251,7 @@ TEST_F(HonestAnswers, ErrorsEndWithTheLineToType) {
   EXPECT_THAT(semicolons.err, HasSubstr("s.csv:1: the cells are separated by semicolons"));
   const ProgramResult field = run_axiscal(
       {"calibrate", folder_.path("s.csv"), "--instrument", "generic", "--field", "gravty"});
-  EXPECT_THAT(field.err, HasSubstr("did you mean 'gravity'? This version knows"));
+  EXPECT_THAT(field.err, HasSubstr("did you mean 'gravity'?"));
 }
 
 TEST_F(HonestAnswers, ExportsSayWhatTheyTakeAndDoNotCollide) {

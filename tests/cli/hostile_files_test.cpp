@@ -115,7 +115,7 @@ TEST_F(HostileFiles, ApplyReportsItsFirstRowsToo) {
   ASSERT_EQ(calibrate(), 0);
   const std::string log = folder_.write("log.csv", "x,y,z\n1,2\n1,2\n0,0,1\n0,1,0\n1,0,0\n");
   const ProgramResult result = run_axiscal({"apply", cal_, log});
-  EXPECT_THAT(result.err, HasSubstr("2 of 5 rows could not be reduced (first: line 2)"));
+  EXPECT_THAT(result.err, HasSubstr("2 of 5 rows gave no result (the first is line 2)"));
   EXPECT_THAT(result.out, HasSubstr("1,2,")) << "the row is there";
 }
 

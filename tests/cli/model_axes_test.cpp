@@ -122,7 +122,7 @@ TEST_F(ModelAxesTest, SaysWhatIsMissing) {
   };
   const ProgramResult open = attempt({level});
   EXPECT_EQ(open.status, 1);
-  EXPECT_THAT(open.err, HasSubstr("the turn about the model's z axis open"));
+  EXPECT_THAT(open.err, HasSubstr("do not determine the rotation about the model's z axis"));
   EXPECT_EQ(attempt({}).status, 2);
   const ProgramResult torn =
       attempt({folder_.write("torn.csv", "x,y,z,pitch_deg,roll_deg,flat\n1,2,3,0,0,+X\n")});

@@ -169,7 +169,7 @@ TEST_F(Output, SerialsThatAreNoNamesAreRefusedBeforeTheFirstFile) {
   const ProgramResult result = calibrated({two});
   EXPECT_EQ(result.status, 3);
   EXPECT_THAT(result.err,
-              HasSubstr("two.csv:14: column 'serial': the serial number holds a control"));
+              HasSubstr("two.csv:14: column 'serial': the serial number contains a control"));
   EXPECT_EQ(folder_.file_count(), 2U) << "no record of the good one either";
   EXPECT_EQ(calibrated({run_, "--serial", std::string(201, 's')}).status, 2);
   EXPECT_EQ(calibrated({run_, "--serial", "a\xC2\x85z"}).status, 2) << "U+0085, a new line";

@@ -95,7 +95,7 @@ TEST(SolidCommand, SaysWhereAPositionerIsBad) {
   EXPECT_THAT(complaint(file), HasSubstr("/faces/+X/feet: a face stands on three feet, not 2"));
   file = good;
   file["faces"]["-Z"]["feet"][1]["centre_m"] = file["faces"]["-Z"]["feet"][0]["centre_m"];
-  EXPECT_THAT(complaint(file), HasSubstr("/faces/-Z/feet: the feet go into each other"));
+  EXPECT_THAT(complaint(file), HasSubstr("/faces/-Z/feet: the feet overlap"));
   file = good;
   file["faces"]["+Q"] = file["faces"]["+X"];
   EXPECT_THAT(complaint(file), HasSubstr("/faces/+Q: unknown key"));
@@ -122,7 +122,7 @@ TEST(SolidCommand, RefusesASeatThatCannotBe) {
   const ProgramResult result =
       run_axiscal(with({"calibrate", run, "--positioner", cube}, accelerometer));
   EXPECT_EQ(result.status, 1);
-  EXPECT_THAT(result.err, HasSubstr("fence -Z: the cube cannot lie so"));
+  EXPECT_THAT(result.err, HasSubstr("fence -Z: the cube cannot lie in this way"));
 }
 
 // ---- level ----
@@ -262,7 +262,7 @@ TEST(CalibrateCommand, WritesARecordForEachSlot) {
   const ProgramResult result = run_axiscal(with(call, {"-o", folder.path("cal-{slot}.json")}));
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("in slot R"));
-  EXPECT_THAT(result.out, HasSubstr("the slots agree"));
+  EXPECT_THAT(result.out, HasSubstr("direction relative to the table"));
   for (const char* slot : {"L", "R"}) {
     const json record = read_json(folder.path("cal-" + std::string(slot) + ".json"));
     EXPECT_LT(worst_error(record), 5e-5);
@@ -349,7 +349,7 @@ TEST(CharacterizeCommand, MeasuresACube) {
   const ProgramResult result = run_axiscal(with(call, {"-o", out}));
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("the instruments"));
-  EXPECT_THAT(result.out, HasSubstr("handed on by the instruments' own"));
+  EXPECT_THAT(result.out, HasSubstr("on feet or a leaning fence"));
   const json file = read_json(out);
   EXPECT_EQ(file["id"], "cube-07");
   EXPECT_EQ(file["normal_covariance"].size(), 18U);
@@ -377,7 +377,7 @@ TEST(CharacterizeCommand, MeasuresACube) {
             2);
   const ProgramResult refits = run_axiscal(
       {"characterize", "--reference", again, "--reference", refit, "--id", "x", "-o", out});
-  EXPECT_THAT(refits.out, HasSubstr("mount repeatability of A (2 fittings)"));
+  EXPECT_THAT(refits.out, HasSubstr("mount repeatability of A"));
   EXPECT_TRUE(read_json(out)["mounts"].contains("A#2"));
 }
 
@@ -435,7 +435,7 @@ TEST(CharacterizeCommand, NamesTheBadInstrument) {
       "characterize", "--reference", a, "--reference", b, "--reference", c, "--id", "x", "-o", out};
   const ProgramResult result = run_axiscal(call);
   EXPECT_EQ(result.status, 0);
-  EXPECT_THAT(result.err, HasSubstr("slot B disagrees"));
+  EXPECT_THAT(result.err, HasSubstr("slot B gives other face normals"));
   const ProgramResult without = run_axiscal(with(call, {"--leave-out", "B"}));
   EXPECT_EQ(without.status, 0);
   EXPECT_THAT(without.err, testing::Not(HasSubstr("disagree")));
@@ -457,7 +457,7 @@ TEST(CharacterizeCommand, SaysWhatIsWrong) {
       "three.csv", "rest,fence,x,y,z\n-Z,+X,0,0,2.5\n-Z,-X,0,0,2.5\n+Z,+X,0,0,-2.5\n");
   const ProgramResult few = call(lab.folder.path("A.json") + "=" + three);
   EXPECT_EQ(few.status, 1);
-  EXPECT_THAT(few.err, HasSubstr("no reading rests on face +X, -X, +Y, -Y"));
+  EXPECT_THAT(few.err, HasSubstr("no reading has the rest face +X, -X, +Y, -Y"));
   EXPECT_FALSE(std::filesystem::exists(out));
   EXPECT_EQ(run_axiscal({"characterize", "--id", "x", "-o", out}).status, 2);
   EXPECT_EQ(run_axiscal({"characterize", "--reference", good, "--id", "x"}).status, 2);
@@ -484,7 +484,7 @@ TEST(PlanCommand, ForecastsAndFindsTheReplicates) {
   EXPECT_NEAR(plan["forecast"]["standard_uncertainty"]["bias"][0].get<double>(),
               3e-4 / std::sqrt(48.0), 1e-12);
   EXPECT_NEAR(plan["design"]["d_efficiency"].get<double>(), 1.0, 1e-12);
-  EXPECT_THAT(run_axiscal(call).out, HasSubstr("4 replicates of 1 sample a point"));
+  EXPECT_THAT(run_axiscal(call).out, HasSubstr("4 replicates of 1 sample"));
   // The uncertainty of the cube is larger than the wanted uncertainty.
   const ProgramResult never = run_axiscal(with(call, {"--positioner-u", "1e-3"}));
   EXPECT_EQ(never.status, 1);

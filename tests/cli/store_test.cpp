@@ -122,7 +122,7 @@ TEST_F(StoreTest, NothingIsStoredTwice) {
   ASSERT_EQ(calibrate("A", "2024-03-01", {"-o", folder_.path("a.json")}).status, 0);
   const ProgramResult again = store({"add", folder_.path("a.json")});
   EXPECT_EQ(again.status, 0);
-  EXPECT_THAT(again.err, HasSubstr("0 added, 1 stored already"));
+  EXPECT_THAT(again.err, HasSubstr("0 records added, 1 were already stored"));
   // A second calibration of the same readings with the same settings is not stored again.
   ASSERT_EQ(calibrate("A", "2024-03-01").status, 0);
   EXPECT_EQ(count(), 1U);
@@ -145,7 +145,7 @@ TEST_F(StoreTest, StreamsAndSeveralWritersAtOnce) {
   EXPECT_EQ(count(), 40U);
   const ProgramResult again = stream(units_path, {"--resume"});
   EXPECT_EQ(again.status, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("40 were there already"));
+  EXPECT_THAT(again.err, HasSubstr("40 were calibrated in an earlier call"));
   EXPECT_EQ(stream(units_path, {}).status, 0);
   EXPECT_EQ(count(), 40U);
   EXPECT_EQ(csv_cells(store({"list", "--batch", "b3"}).out).size(), 11U);
@@ -168,7 +168,7 @@ TEST_F(StoreTest, AUnitThatAppearsTwiceIsAnError) {
   EXPECT_EQ(result.status, 1);
   EXPECT_THAT(result.err, HasSubstr("yield: 3 of 6 units"));
   const std::string list = store({"list", "--status", "error"}).out;
-  EXPECT_THAT(list, HasSubstr("the serial number 'u0' was there before"));
+  EXPECT_THAT(list, HasSubstr("the serial number 'u0' occurs again"));
   EXPECT_EQ(csv_cells(store({"list", "--status", "ok"}).out).size(), 4U);
 }
 

@@ -218,7 +218,7 @@ TEST_F(WrongInSilence, AFileNamedAfterAnotherFaceIsRefused) {
   }
   const ProgramResult result = calibrate(files, {"--axes", "ax,ay,az", "-o", cal_});
   EXPECT_EQ(result.status, 1);
-  EXPECT_THAT(result.err, HasSubstr("by its name"));
+  EXPECT_THAT(result.err, HasSubstr("the file name states the face"));
 }
 
 // A log of rests, with quick turns between them.
@@ -372,7 +372,7 @@ TEST_F(WrongInSilence, SignedCountsThatWerePrintedUnsignedGetTheirSign) {
   arguments[1] = folder_.write("wrapped.csv", wrapped);
   const ProgramResult result = run_axiscal(arguments);
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("printed unsigned"));
+  EXPECT_THAT(result.err, HasSubstr("as unsigned numbers"));
   EXPECT_EQ(read_json(cal_)["coefficients"], expected);
 }
 
@@ -384,7 +384,7 @@ TEST_F(WrongInSilence, ErasedMemoryAtTheEndOfALogIsLeftOut) {
   const ProgramResult result = run_axiscal({"calibrate", "--imu", folder_.write("log.csv", text),
                                             "--unit", "m/s^2", "-o", folder_.path("{slot}.json")});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("300 rows from line"));
+  EXPECT_THAT(result.err, HasSubstr("300 rows (the first is line"));
 }
 
 TEST_F(WrongInSilence, LinesOfASketchAreOneSample) {
@@ -436,7 +436,7 @@ TEST_F(WrongInSilence, ErasedRowsOfATableAreNoReadings) {
       run_axiscal({"calibrate", folder_.write("flash.csv", text), "--instrument", "magnetometer",
                    "--method", "magnitude", "--axes", "mx,my,mz", "-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("20 readings are erased memory"));
+  EXPECT_THAT(result.err, HasSubstr("20 readings of erased memory"));
 }
 
 TEST_F(WrongInSilence, ARowWithoutNumbersAtTheEndChangesNothing) {
@@ -598,7 +598,7 @@ TEST_F(WrongInSilence, AUnitShortOfReadingsIsMarked) {
   }
   const ProgramResult result =
       calibrate({folder_.write("batch.csv", text)}, {"-o", folder_.path("{serial}.json")});
-  EXPECT_THAT(result.out, HasSubstr("9 readings, and most units have 12"));
+  EXPECT_THAT(result.out, HasSubstr("9 readings, but most units have 12"));
 }
 
 // A rate table: the stated fields fx, fy, fz have different lengths, and no magnitude is stated.

@@ -142,7 +142,7 @@ TEST(CsvReader, RejectsWhatIsNoTable) {
                                     7)),
               HasSubstr("t.csv:1: not UTF-8"));
   EXPECT_THAT(complaint("caf\xE9,b\n"), HasSubstr("not UTF-8"));
-  EXPECT_THAT(complaint("a,b,a\n"), HasSubstr("column 'a': is there twice"));
+  EXPECT_THAT(complaint("a,b,a\n"), HasSubstr("column 'a': occurs twice"));
   EXPECT_THAT(complaint("a,,b\n"), HasSubstr("column 2 lacks a name"));
   EXPECT_THAT(complaint("a,\"b\n"), HasSubstr("lacks the closing quote"));
 }

@@ -83,7 +83,7 @@ TEST(JsonValue, IsNotNestedWithoutEnd) {
   EXPECT_EQ(parse_json(nested(999), "f.json").at("b").number(), 1.0);
   EXPECT_EQ(test::complaint_of<DataError>(
                 [&] { static_cast<void>(parse_json(nested(200000), "f.json")); }),
-            "f.json: is nested more than 1000 deep");
+            "f.json: is nested more than 1000 levels deep");
   EXPECT_FALSE(json_or_discarded(nested(999)).is_discarded());
   EXPECT_TRUE(json_or_discarded(nested(200000)).is_discarded());
   EXPECT_TRUE(json_or_discarded("{").is_discarded());

@@ -301,7 +301,7 @@ TEST(ExportLoss, IsThatOfTheMissingTerm) {
   EXPECT_NEAR(exported.loss->worst, 0.0981, 1e-4);
   EXPECT_NEAR(exported.loss->rms, 0.0981 / std::sqrt(3.0), 1e-4);
   EXPECT_NEAR(exported.loss->worst_deg, 0.01 * deg_per_rad, 1e-3);
-  EXPECT_THAT(exported.content, HasSubstr("Not held: cross-axis terms"));
+  EXPECT_THAT(exported.content, HasSubstr("Not stored: cross-axis terms"));
   try {
     static_cast<void>(export_calibration(calibration, "px4"));
     FAIL() << "not refused";
@@ -342,13 +342,13 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
     }
   };
   refused(accelerometer_in("LSB", "m/s^2"), "px4",
-          "give the m/s^2 that the driver outputs for 1 LSB", {settings::reading_factor});
+          "m/s^2 the driver outputs for 1 LSB", {settings::reading_factor});
   Calibration no_gravity = accelerometer_in("m/s^2", "g");
   no_gravity.sensor.field.local_gravity.reset();
   const Exported by_standard = export_calibration(no_gravity, "px4", {.lossy = true});
   ASSERT_EQ(by_standard.notes.size(), 1U);
-  EXPECT_THAT(by_standard.notes.front(), HasSubstr("9.80665 m/s^2, standard gravity"));
-  EXPECT_THAT(by_standard.content, HasSubstr("# 1 g is taken as 9.80665 m/s^2"));
+  EXPECT_THAT(by_standard.notes.front(), HasSubstr("standard gravity, 9.80665 m/s^2"));
+  EXPECT_THAT(by_standard.content, HasSubstr("# 1 g is taken as standard gravity, 9.80665 m/s^2"));
   refused(magnetometer(), "kalibr", "does not support magnetometers");
   refused(gyroscope(), "betaflight", "at each start");
   refused(gyroscope(), "px44", "did you mean 'px4'?");
@@ -674,7 +674,7 @@ TEST(ExportDcc, IsValidWhateverWasTyped) {
         static_cast<void>(export_calibration(with_uncertainty(), "dcc", {.laboratory = typed}));
       },
       testing::ThrowsMessage<RefusedError>(
-          HasSubstr("country (two letters), customer's address, received (as 2026-11-21)")));
+          HasSubstr("country (two letters), customer's address, received (such as 2026-11-21)")));
 }
 
 TEST(ExportDcc, NeedsALaboratory) {

@@ -75,24 +75,24 @@ void expect_bad(const std::string& text,
 }
 
 TEST(Import, SaysWhatIsWrongAndWhere) {
-  expect_bad("# empty\n", "px4", "it has no CAL_ACC0_XOFF");
-  expect_bad("1\t1\tCAL_ACC0_XOFF\tabc\t9\n", "px4", "their.file:1: no parameter with a number");
+  expect_bad("# empty\n", "px4", "has no CAL_ACC0_XOFF");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\tabc\t9\n", "px4", "their.file:1: this line does not contain the name of a parameter");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n", "px4", "CAL_ACC0_YOFF");
   // A missing value, a cut file, and a parameter that appears twice.
-  expect_bad("1\t1\tCAL_ACC0_XOFF\t9\n", "px4", "their.file:1: no parameter with a number");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\t9\n", "px4", "their.file:1: this line does not contain the name of a parameter");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1.\t9\n1\t1\tCAL_ACC0_YOFF\t1.", "px4", "their.file:2:");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n1\t1\tCAL_ACC0_XOFF\t2\t9\n", "px4", "occurs twice");
   expect_bad(
       "INS_ACCOFFS_X,0\nINS_ACCOFFS_Y,0\nINS_ACCOFFS_Z,0\n"
       "INS_ACCSCAL_X,0\nINS_ACCSCAL_Y,1\nINS_ACCSCAL_Z,1\n",
       "ardupilot", "cannot be inverted");
-  expect_bad("{}", "imucal", "no calibration of imucal");
-  expect_bad("{", "imucal", "no calibration of imucal");
+  expect_bad("{}", "imucal", "not a calibration file of imucal");
+  expect_bad("{", "imucal", "not a calibration file of imucal");
   expect_bad(R"({"K_a": [[1,2],[3,4]], "R_a": 1, "b_a": []})", "imucal", "/K_a:");
   expect_bad("imu0: [1, 2", "kalibr", "not valid YAML");
   expect_bad("imu0:\n  accelerometers:\n    M: 3\n", "kalibr", "M: three rows");
-  expect_bad("imu0: {}\n", "kalibr", "it has no imu0 with accelerometers");
-  expect_bad("imu0:\n  accelerometers: 5\n", "kalibr", "it has no imu0 with accelerometers");
+  expect_bad("imu0: {}\n", "kalibr", "does not contain imu0 with accelerometers");
+  expect_bad("imu0:\n  accelerometers: 5\n", "kalibr", "does not contain imu0 with accelerometers");
   EXPECT_THROW(static_cast<void>(import_calibration("", "f", "kalib")), DomainError);
   EXPECT_THROW(static_cast<void>(import_calibration("", "f", "px4", {.kind = "optical"})),
                DomainError);
@@ -118,11 +118,11 @@ TEST(Import, TakesFiniteNumbersOnly) {
   for (const char* const scale : {"1e200", "1e-200", "0"}) {
     expect_bad(offsets + scales(scale), "px4", "cannot be inverted");
   }
-  expect_bad(offsets + scales("1e999"), "px4", "no parameter with a number");
+  expect_bad(offsets + scales("1e999"), "px4", "does not contain the name of a parameter");
   // A record that could not be read is not imported. Gravity must be in g or m/s^2.
   expect_bad(R"({"acc_unit": "foot", "K_a": [[1,0,0],[0,1,0],[0,0,1]],
                  "R_a": [[1,0,0],[0,1,0],[0,0,1]], "b_a": [0,0,0]})",
-             "imucal", "cannot be read back: /field/unit: gravity is in g or m/s^2",
+             "imucal", "/field/unit: must be g or m/s^2 for gravity",
              {.magnitude = 32.0});
 }
 

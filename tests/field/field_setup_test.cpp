@@ -77,7 +77,7 @@ TEST(FieldSetup, LeavesALocalPartOpenOfWhichNothingIsStated) {
   setup.others.front().magnitude_unknown = true;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(resolve_field(setup, {}, {})); }),
-      HasSubstr("nothing fixes the scale"));
+      HasSubstr("the magnitude of at least one part must be known"));
 }
 
 TEST(FieldSetup, RefusesTwoPartsOfOneName) {
@@ -127,13 +127,13 @@ TEST(RecordedField, IsLinearBetweenItsTimesAndKnownNowhereElse) {
   EXPECT_MATRIX_NEAR(change * field.value_in_enu_at(10.0), field.value_in_enu_at(20.0), 1e-12);
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(field.value_in_enu_at(21.0)); }),
-      HasSubstr("is from 10 to 20"));
+      HasSubstr("is from time 10 to 20"));
   const auto complaint = [&](const char* text) {
     const std::string bad = folder.write("bad.csv", text);
     return test::complaint_of<DataError>(
         [&] { static_cast<void>(read_recorded_field(bad, make_field("light"))); });
   };
-  EXPECT_THAT(complaint("time,x,y,z\n1,0,0,1\n1,0,0,1\n"), HasSubstr("must ascend"));
+  EXPECT_THAT(complaint("time,x,y,z\n1,0,0,1\n1,0,0,1\n"), HasSubstr("must increase from row to row"));
   EXPECT_THAT(complaint("time,x,y,z\n1,0,0,1\n2,0,nought,1\n"), HasSubstr("bad.csv:3"));
   EXPECT_THAT(complaint("time,x,y\n1,0,0\n2,0,0\n"), HasSubstr("three more"));
 }

@@ -74,12 +74,12 @@ TEST(KindFile, SaysWhatIsWrongWithAFormula) {
         [&] { static_cast<void>(add_instrument_kind_file(path)); });
   };
   EXPECT_THAT(complaint("x +"), HasSubstr("bad.json"));
-  EXPECT_THAT(complaint("x + q"), HasSubstr("'q' is not a known number"));
+  EXPECT_THAT(complaint("x + q"), HasSubstr("'q' is not a known variable"));
   EXPECT_THAT(complaint("foo(x)"), HasSubstr("'foo' is not a known function"));
-  EXPECT_THAT(complaint("hypot(x)"), HasSubstr("takes 2 numbers, not 1"));
-  EXPECT_THAT(complaint("x y"), HasSubstr("goes wrong at character 3, before 'y'"));
-  EXPECT_THAT(complaint("x = 3"), HasSubstr("goes wrong at character 3"));
-  EXPECT_THAT(complaint("(x"), HasSubstr("end is missing"));
+  EXPECT_THAT(complaint("hypot(x)"), HasSubstr("needs 2 arguments, not 1"));
+  EXPECT_THAT(complaint("x y"), HasSubstr("syntax error at character 3: 'y'"));
+  EXPECT_THAT(complaint("x = 3"), HasSubstr("syntax error at character 3"));
+  EXPECT_THAT(complaint("(x"), HasSubstr("is missing at the end"));
   EXPECT_THAT(complaint(""), HasSubstr("the formula ''"));
   EXPECT_THAT(complaint(std::string(101, '(') + "x"), HasSubstr("more than 100 parentheses"));
   EXPECT_THAT(complaint(std::string(5000, 'q')), HasSubstr("has 5000 characters"));

@@ -98,7 +98,7 @@ TEST(AllanDeviation, RefusesWhatHasNone) {
                 static_cast<void>(
                     allan_deviation(std::vector<double>{1.0}, 1.0, std::vector<std::size_t>{1}));
               }),
-              testing::HasSubstr("three samples"));
+              testing::HasSubstr("at least two samples"));
   // If the in-place version throws, the samples are not changed.
   for (const std::vector<double>& samples :
        {std::vector<double>{1.0}, std::vector<double>{1.0, std::nan(""), 2.0}}) {

@@ -85,7 +85,7 @@ TEST_F(LogFiles, WithoutAHeaderTakeNamesOrNumbers) {
   EXPECT_THAT(test::complaint_of<DataError>([&] {
                 read("1 2 3\n", {.names = {"a", "b"}});
               }),
-              HasSubstr("2 names are given for 3 columns"));
+              HasSubstr("2 column names are stated, but the file has 3 columns"));
 }
 
 TEST_F(LogFiles, RenameScaleAndTurnColumnsRound) {
@@ -188,10 +188,10 @@ TEST_F(LogFiles, ReadNumbersExactly) {
 
 TEST_F(LogFiles, SayWhyTheyCannotBeRead) {
   EXPECT_THAT(complaint(""), HasSubstr("the file is empty"));
-  EXPECT_THAT(complaint("only words\nand more\n"), HasSubstr(":1: no row of numbers"));
-  EXPECT_THAT(complaint("x,x\n1,2\n"), HasSubstr(":1: column 'x': is there twice"));
+  EXPECT_THAT(complaint("only words\nand more\n"), HasSubstr(":1: there is no row of numbers"));
+  EXPECT_THAT(complaint("x,x\n1,2\n"), HasSubstr(":1: column 'x': the header contains this name twice"));
   EXPECT_THAT(complaint(std::string("\xFF\xFE\x77\0\x0A\0", 6)),
-              HasSubstr(":1: no row of numbers"));  // UTF-16
+              HasSubstr(":1: there is no row of numbers"));  // UTF-16
   EXPECT_THAT(complaint(std::string("\x7f"
                                     "ELF\0\0\0\0",
                                     8)),
@@ -275,7 +275,7 @@ TEST_F(LogFiles, OfNumPySayWhatIsWrong) {
   EXPECT_THAT(complaint(npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }", data)),
               HasSubstr("cut short: 1 of 2 rows"));
   EXPECT_THAT(complaint(npy("{'descr': '<c16', 'fortran_order': False, 'shape': (2,), }", data)),
-              HasSubstr("holds '<c16'"));
+              HasSubstr("contains '<c16'"));
   EXPECT_THAT(
       complaint(npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 3), }", data)),
       HasSubstr("one dimension or two"));
@@ -352,7 +352,7 @@ TEST_F(LogFiles, AreUnpacked) {
     EXPECT_EQ(read(packed(text, filter) + packed("1,2\n", filter))[0].size(), 20001U);
   }
   EXPECT_THAT(complaint(packed(text, archive_write_add_filter_compress)),
-              HasSubstr("is compressed (compress), and this axiscal cannot unpack that"));
+              HasSubstr("is compressed (compress), but this build of axiscal cannot unpack"));
   // A wrong checksum is reported.
   const std::string gzip = packed(text, archive_write_add_filter_gzip);
   EXPECT_EQ(read(gzip + packed("1,2\n", archive_write_add_filter_gzip))[0].size(), 20001U);

@@ -108,10 +108,10 @@ TEST(LabelByPlan, SaysWhatDoesNotFitAndRefusesToGuess) {
   means.row(5) = other;
   EXPECT_GT(misfit_of_order(means, sheet).value(), 0.02);
   EXPECT_THAT(label_by_plan(means, sheet, false).messages,
-              ElementsAre(HasSubstr("do not read as the sheet's poses would in any field")));
+              ElementsAre(HasSubstr("do not agree with the order of the sheet")));
   EXPECT_THAT(test::complaint_of<RefusedError>(
                   [&] { static_cast<void>(label_by_plan(means.topRows(11), sheet, false)); }),
-              HasSubstr("11 rests, and 12 rows"));
+              HasSubstr("11 rests, but the sheet has 12 rows"));
 }
 
 TEST(RestingFaces, AreNoneOnAnEdgeAndRefusedWhereAnAxisWasNeverTurned) {
@@ -123,7 +123,7 @@ TEST(RestingFaces, AreNoneOnAnEdgeAndRefusedWhereAnAxisWasNeverTurned) {
                 flat << 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0;
                 static_cast<void>(resting_faces(flat));
               }),
-              HasSubstr("axis z was never both up and down"));
+              HasSubstr("axis z has no rests in both directions"));
   EXPECT_THAT(test::complaint_of<RefusedError>([] {
                 Eigen::MatrixX3d one_of_each(3, 3);
                 one_of_each << 1, 0, 0, 0, 1, 0, 0, 0, 1;
@@ -177,7 +177,7 @@ TEST(LabelBySheet, SaysWhichSeatsDoNotFit) {
   faces[7] = opposite(*faces[7]);
   const SeatLabels wrong = label_by_sheet(faces, sheet);
   ASSERT_EQ(wrong.messages.size(), 1U);
-  EXPECT_THAT(wrong.messages[0], HasSubstr("run 8 (rest 8): the sheet says rest "));
+  EXPECT_THAT(wrong.messages[0], HasSubstr("run 8 (rest 8): the sheet states rest "));
   EXPECT_EQ(wrong.points[7], sheet[7].entry.point);
 }
 
@@ -200,7 +200,7 @@ TEST(LabelByTurns, FindsTheFenceFaces) {
   turns[3] = turns[3] * Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitX());
   const SeatLabels off = label_by_turns(faces, turns, sheet[0].entry.point);
   EXPECT_THAT(off.messages,
-              testing::Contains(HasSubstr("degrees from the nearest seat")));
+              testing::Contains(HasSubstr("degrees from the nearest possible design point")));
   EXPECT_FALSE(off.points[4].has_value());
 }
 
@@ -231,7 +231,7 @@ TEST(LabelByOrder, TakesTheFencesInTurn) {
   EXPECT_FALSE(labels.points[2].has_value());
   EXPECT_EQ(labels.points[3], DesignPoint(Face::plus_x, Face::minus_y));
   EXPECT_EQ(labels.points[4], DesignPoint(Face::minus_z, Face::minus_x));
-  EXPECT_THAT(labels.messages, ElementsAre(HasSubstr("rest 3: no face")));
+  EXPECT_THAT(labels.messages, ElementsAre(HasSubstr("rest 3 gets no label: no face")));
 }
 
 }  // namespace

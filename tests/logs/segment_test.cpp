@@ -211,7 +211,7 @@ TEST(Segment, BreaksAtMissingNumbersGapsAndSaturation) {
   EXPECT_EQ(rests.intervals.size(), 16U);
   EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 sample has a cell that is not a number")));
   EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 gap in the times")));
-  EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 time stamp is before the one before")));
+  EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 time stamp is earlier than the one before")));
   EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 sample is at or beyond the range")));
   EXPECT_EQ(rests.broken_samples, 4U);
   for (const StaticInterval& rest : rests.intervals) {
@@ -236,7 +236,7 @@ TEST(Segment, TakesLogsAsTheyCome) {
   EXPECT_NEAR(rests.rate_hz, 100.0, 0.5);
   EXPECT_EQ(rests.intervals[3].mean(3), 7.0);
   EXPECT_TRUE(std::isnan(rests.intervals[3].mean(4)));
-  EXPECT_THAT(rests.notes, Contains(HasSubstr("column 'words' holds no numbers")));
+  EXPECT_THAT(rests.notes, Contains(HasSubstr("column 'words' contains no numbers")));
 }
 
 TEST(Segment, IsNotMisledByAGlitch) {
@@ -268,7 +268,7 @@ TEST(Segment, RefusesALogWithoutRest) {
     }
   }
   EXPECT_THAT(test::complaint_of<RefusedError>([&] { segmented(log); }),
-              HasSubstr("rests of 1 s were not found in 500 samples (5 s)"));
+              HasSubstr("no rest of 1 s or more was found in 500 samples (5 s)"));
 }
 
 // From a certain length on a log is read in a separate thread.

@@ -73,7 +73,7 @@ TEST(TimeUnit, ThatIsNotClearIsRefused) {
 TEST(TimeUnit, ThatIsStatedIsTakenAndDoubted) {
   const TimeUnit unit = settled("t_ms", times(100.0, 1e-6));
   EXPECT_EQ(unit.seconds, 1e-3);
-  EXPECT_THAT(unit.remark, HasSubstr("0.1 Hz; is it the right one?"));
+  EXPECT_THAT(unit.remark, HasSubstr("0.1 Hz; is this unit right?"));
   EXPECT_EQ(settled("t_us", times(100.0, 1e-6)).remark, "");
 }
 

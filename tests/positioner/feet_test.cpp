@@ -48,7 +48,7 @@ TEST(ContactPlane, SaysWhatFeetCannotBe) {
   EXPECT_EQ(complaint(three_feet()), "accepted");
   Feet feet = three_feet();
   feet[2].centre_m = {0.0, 0.0125, 0.035};
-  EXPECT_THAT(complaint(feet), HasSubstr("feet of face +Z stand in a line"));
+  EXPECT_THAT(complaint(feet), HasSubstr("feet of face +Z are in a line"));
   feet = three_feet();
   feet[1].centre_m = feet[0].centre_m + Eigen::Vector3d(0.005, 0.0, 0.0);
   EXPECT_THAT(complaint(feet), HasSubstr("overlap: the distance of"));

@@ -53,8 +53,8 @@ TEST(CheckedMounts, RefusesWhatIsNoMount) {
     return test::complaint_of<DomainError>([&] { static_cast<void>(checked_mounts(mounts)); });
   };
   EXPECT_EQ(complaint(h_shaped_mounts("A", "B")), "accepted");
-  EXPECT_THAT(complaint(parallel_mounts({"A", "A"})), HasSubstr("unique slot name"));
-  EXPECT_THAT(complaint(parallel_mounts({""})), HasSubstr("unique slot name"));
+  EXPECT_THAT(complaint(parallel_mounts({"A", "A"})), HasSubstr("different slot name"));
+  EXPECT_THAT(complaint(parallel_mounts({""})), HasSubstr("different slot name"));
   const Eigen::Matrix3d mirrored = Eigen::Vector3d(1.0, 1.0, -1.0).asDiagonal();
   EXPECT_THAT(complaint({{.slot = "A", .rotation_sensor_from_positioner = mirrored}}),
               HasSubstr("slot A: rotation_sensor_from_positioner is not a rotation"));

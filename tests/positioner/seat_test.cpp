@@ -224,7 +224,7 @@ TEST(Seat, RefusesWhatCannotBe) {
                 static_cast<void>(
                     Positioner(feet).rotation_table_from_positioner({Face::minus_z, Face::plus_y}));
               }),
-              HasSubstr("rest -Z, fence +Y: the cube cannot lie so: the cube would tip"));
+              HasSubstr("rest -Z, fence +Y: the cube cannot lie in this way: the cube would tip"));
 
   // All feet of the fence face are on one side, so the push turns the cube away.
   feet = feet_of_frame({});
@@ -269,7 +269,7 @@ TEST(Positioner, RefusesBallsOfTwoFacesInEachOther) {
                             Eigen::Vector2d(-0.02, -0.02)};
   EXPECT_THAT(
       test::complaint_of<DomainError>([&] { static_cast<void>(Positioner(feet_of_frame(frame))); }),
-      HasSubstr("of face +X and those of face +Y go into each other"));
+      HasSubstr("of face +X and those of face +Y overlap"));
 }
 
 }  // namespace

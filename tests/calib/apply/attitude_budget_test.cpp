@@ -433,7 +433,7 @@ TEST(BudgetOfAnAttitude, NeedsThreeAxesAndAField) {
   statistics.degrees_of_freedom = statistics.degrees_of_freedom.head(2).eval();
   statistics.residual_sd = statistics.residual_sd.head(2).eval();
   two.fit.uncertainty.reset();
-  EXPECT_THAT(complaint(two), HasSubstr("fewer than three axes"));
+  EXPECT_THAT(complaint(two), HasSubstr("at least three axes"));
   Calibration biases = the_budgeted_record();
   biases.fit.method = Method::bias;
   biases.fit.statistics->parameter_names = {"x.bias", "y.bias", "z.bias"};

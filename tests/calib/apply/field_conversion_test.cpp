@@ -80,7 +80,7 @@ TEST(ConversionOfFields, RefusesAnotherQuantity) {
   EXPECT_THAT(complaint(field_in_nanotesla(), "furlong"), HasSubstr("'furlong'"));
   FieldDescription nowhere = gravity_in_g();
   nowhere.local_gravity.reset();
-  EXPECT_THAT(complaint(nowhere, "m/s^2"), HasSubstr("does not state the gravity of its site"));
+  EXPECT_THAT(complaint(nowhere, "m/s^2"), HasSubstr("does not state local gravity"));
   EXPECT_EQ(complaint(nowhere, "g"), "accepted");
 }
 
@@ -562,7 +562,7 @@ TEST(ReducedFields, NameTheirResults) {
   EXPECT_EQ(reduced["residual"], reduced.residual);
   EXPECT_NEAR(reduced["pitch_deg"], std::asin(0.6) * deg_per_rad, 1e-10);
   EXPECT_THAT(test::complaint_of<DomainError>([&] { static_cast<void>(reduced["heading_deg"]); }),
-              testing::AllOf(HasSubstr("no 'heading_deg'"), HasSubstr("pitch_deg")));
+              testing::AllOf(HasSubstr("'heading_deg' is not a value"), HasSubstr("pitch_deg")));
 }
 
 }  // namespace

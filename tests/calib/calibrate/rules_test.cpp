@@ -76,7 +76,7 @@ TEST_F(Rule, NamesTwoSolutions) {
 
 TEST_F(Rule, NamesReadingsThatDoNotSettle) {
   estimate_.sight.unsettled = true;
-  expect_one(one_sided_unsettled_rule(), WarningCode::one_sided_unsettled, "edge of its view");
+  expect_one(one_sided_unsettled_rule(), WarningCode::one_sided_unsettled, "almost from the side of a one-sided axis");
 }
 
 TEST_F(Rule, NamesAGap) {
@@ -179,7 +179,7 @@ TEST_F(Rule, NamesAPoorDesign) {
 
 TEST_F(Rule, NamesASaturatedAxis) {
   tests_.saturated = {{.axis = 1, .value = 2.5, .runs = {4, 9}}};
-  expect_one(saturated_rule(), WarningCode::saturated, "axis y stops at 2.5");
+  expect_one(saturated_rule(), WarningCode::saturated, "axis y stop at 2.5");
 }
 
 TEST_F(Rule, NamesAFaceUnlessTheReadingsWereSearched) {

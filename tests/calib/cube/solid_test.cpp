@@ -105,7 +105,7 @@ TEST(SolidRunNotes, SayWhichSeatsRock) {
       calibrate(experiment, simulate(truth, make_run_sheet(standard_design(12), 1, 1),
                                      {.slope = {0.01, 0.0}, .positioner = experiment.positioner}));
   EXPECT_LT(worst_error(found, truth), 1e-12);
-  EXPECT_THAT(found.findings.notes, test::HasNote(HasSubstr("rest +X, fence +Y: this seat rocks")));
+  EXPECT_THAT(found.findings.notes, test::HasNote(HasSubstr("rest +X, fence +Y: the cube rocks")));
   EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
 }
 
@@ -257,7 +257,7 @@ TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
   experiment.fit.method = Method::known;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("level by block needs paired or joint"));
+      HasSubstr("level by block requires method paired or joint"));
 }
 
 TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {
@@ -380,7 +380,7 @@ TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
   EXPECT_EQ(found[0].findings.status, CalibrationStatus::ok);
   ASSERT_EQ(found[1].findings.status, CalibrationStatus::warning);
   EXPECT_EQ(found[1].findings.warnings.back().code, WarningCode::slot_levelness);
-  EXPECT_THAT(found[1].findings.warnings.back().message, HasSubstr("slot B disagrees"));
+  EXPECT_THAT(found[1].findings.warnings.back().message, HasSubstr("in slot B measures another slope"));
   slots.pop_back();
   const std::vector<Calibration> two = calibrate_assembly(experiment, slots);
   EXPECT_FALSE(two[0].fit.levelness->combined->consistent);

@@ -253,7 +253,7 @@ TEST(BiasFit, TakesANominalFieldOut) {
   EXPECT_MATRIX_NEAR(record.sensor.response.bias, without.sensor.response.bias, 1e-12);
   EXPECT_MATRIX_NEAR(record.sensor.response.sensitivity,
                      SensitivityMatrix(Eigen::Matrix3d::Identity()), 0.0);
-  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("nominal (1)")));
+  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("its nominal value (1)")));
   EXPECT_TRUE(record.findings.warnings.empty());
 }
 

@@ -171,7 +171,7 @@ TEST(SeatsOfLayings, AreNotLookedForUnlessWanted) {
   EXPECT_TRUE(estimate.statistics.components.empty());
   weighed({}, set, estimate);  // the default setup
   ASSERT_EQ(estimate.statistics.components.size(), 1U);
-  EXPECT_THAT(estimate.notes, test::HasNote(testing::HasSubstr("each time it is laid")));
+  EXPECT_THAT(estimate.notes, test::HasNote(testing::HasSubstr("each time the cube is laid down")));
 }
 
 // The sum of both covariances is that of generalised least squares. Each part is computed from its

@@ -530,7 +530,7 @@ TEST(KindsOfMistakes, SayWhichReadingWasRepeated) {
     same = repeats ? j : same;
   }
   EXPECT_EQ(found.front().words,
-            "without this reading: it repeats run" + std::to_string(same + 1) + " to the last digit");
+            "without this reading: it repeats run " + std::to_string(same + 1) + " to the last digit");
   EXPECT_TRUE(explanations_of_reading(stuck_kind(), run, 5).empty());
 }
 

@@ -153,13 +153,13 @@ TEST(ParseFaceNames, SaysWhichItemIsWrong) {
   const auto complaint = [](const std::string& text) {
     return test::complaint_of<DomainError>([&] { static_cast<void>(parse_face_names(text)); });
   };
-  EXPECT_THAT(complaint("up=-Z,down"), HasSubstr("'down' is not WORD=FACE"));
-  EXPECT_THAT(complaint("up=-Q"), HasSubstr("'up=-Q' is not WORD=FACE"));
+  EXPECT_THAT(complaint("up=-Z,down"), HasSubstr("'down' must be WORD=FACE"));
+  EXPECT_THAT(complaint("up=-Q"), HasSubstr("'up=-Q' must be WORD=FACE"));
   EXPECT_THAT(complaint("up="), HasSubstr("'up='"));
   EXPECT_THAT(complaint("=-Z"), HasSubstr("'=-Z'"));
-  EXPECT_THAT(complaint(" \t=-Z"), HasSubstr("is not WORD=FACE"));
-  EXPECT_THAT(complaint(",up=-Z"), HasSubstr("'' is not WORD=FACE"));
-  EXPECT_THAT(complaint("up=-Z,Up =+Z"), HasSubstr("the word 'up' is there twice"));
+  EXPECT_THAT(complaint(" \t=-Z"), HasSubstr("must be WORD=FACE"));
+  EXPECT_THAT(complaint(",up=-Z"), HasSubstr("'' must be WORD=FACE"));
+  EXPECT_THAT(complaint("up=-Z,Up =+Z"), HasSubstr("the word 'up' occurs twice"));
 }
 
 TEST(FindFace, TakesStandardNamesWithoutAnyWords) {

@@ -67,7 +67,7 @@ TEST(ParseExperiment, ReadsTheRolesOfAFieldsParts) {
   EXPECT_FALSE(field.parts[0].set_by_level);
   EXPECT_TRUE(field.parts[1].set_by_level);
   file["field"][0]["role"] = "mine";
-  EXPECT_THAT(experiment_complaint(file), HasSubstr("/field/0/role: 'mine' is not known"));
+  EXPECT_THAT(experiment_complaint(file), HasSubstr("/field/0/role: 'mine' is not a known value"));
 }
 
 // A field class of a program. Files cannot name it.
@@ -174,7 +174,7 @@ TEST(ParseExperiment, RefusesWrongValues) {
   EXPECT_THAT(changed("/field/in_table", {0, 0, 0}), HasSubstr("/field/in_table: must not be"));
   EXPECT_THAT(changed("/site/date", "rubbish"), HasSubstr("/site/date: is neither"));
   EXPECT_THAT(changed("/method", "best"), HasSubstr("/method"));
-  EXPECT_THAT(changed("/weights", 1), HasSubstr("/weights: must be a text"));
+  EXPECT_THAT(changed("/weights", 1), HasSubstr("/weights: must be a string"));
   EXPECT_THAT(changed("/leave_out", {1.5}), HasSubstr("/leave_out/0: must be a whole number"));
   EXPECT_THAT(changed("/positioner", "none.json"), HasSubstr("dir/none.json: no such file"));
   EXPECT_THAT(changed("/observations", {{"a", 1}}), HasSubstr("/observations"));

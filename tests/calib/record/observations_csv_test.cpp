@@ -80,7 +80,7 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
     return csv_complaint(header + "#\n" + text + "\n");
   };
   EXPECT_THAT(row("+W,+Y,1,2,3"), HasSubstr("run.csv:3: column 'rest': '+W' is not a face"));
-  EXPECT_THAT(row("+X,-X,1,2,3"), HasSubstr("run.csv:3: column 'fence': '-X' lies on one axis"));
+  EXPECT_THAT(row("+X,-X,1,2,3"), HasSubstr("run.csv:3: column 'fence': '-X' and rest '+X' are on one axis"));
   for (const char* cell : {"abc", "nan", "inf", "1e999", "1.2V", "\"1,5\""}) {
     EXPECT_THAT(row("+X,+Y,1," + std::string(cell) + ",3"), HasSubstr("run.csv:3: column 'y': '"))
         << cell;
@@ -89,12 +89,12 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
               HasSubstr("column 'y': '' is not a finite number: the cell is empty"));
   EXPECT_THAT(row("+X,+Y,\"1,5\",2,3"), HasSubstr("write '.' as the decimal point"));
   EXPECT_THAT(row("+X,+Y,1,5,2,3"),
-              HasSubstr("run.csv:3: the row has 6 cells, the header 5 (a decimal comma"));
+              HasSubstr("run.csv:3: the row has 6 cells, but the header has 5 (a decimal comma"));
   EXPECT_THAT(row("+X,+Y,1"), HasSubstr("run.csv:3: the row has 3 cells"));
-  EXPECT_THAT(row("+X,\"+Y,1,2,3"), HasSubstr("run.csv:3: a quote is opened"));
+  EXPECT_THAT(row("+X,\"+Y,1,2,3"), HasSubstr("run.csv:3: a cell begins with a quote"));
   EXPECT_THAT(row(std::string("+X,+Y,1,2,\0", 11)), HasSubstr("run.csv:3: a NUL byte"));
   EXPECT_THAT(row("+X,+Y,1,2,\xE9"), HasSubstr("run.csv:3: not UTF-8"));
-  EXPECT_THAT(csv_complaint(header), HasSubstr("run.csv:1: only a header"));
+  EXPECT_THAT(csv_complaint(header), HasSubstr("run.csv:1: the table has a header"));
   EXPECT_THAT(csv_complaint("fence,x,y,z\n"), HasSubstr("column 'rest': is missing"));
   EXPECT_THAT(csv_complaint("rest,fence,x,y\n"), HasSubstr("run.csv:1: column 'z': is missing"));
   EXPECT_THAT(csv_complaint("fx,x,y,z\n1,1,2,3\n"), HasSubstr("column 'fy': is missing"));
@@ -112,7 +112,7 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
 TEST(ReadObservations, TakesWholeNumbersAsDataFramesWriteThem) {
   EXPECT_EQ(read("run,rest,fence,x,y,z\n7.0,+X,+Y,1,2,3\n").observations.readings.at(0).run, 7);
   EXPECT_THAT(csv_complaint("run,rest,fence,x,y,z\n7.5,+X,+Y,1,2,3\n"),
-              HasSubstr("'7.5' must be a whole number"));
+              HasSubstr("'7.5' is not a whole number"));
 }
 
 TEST(ReadObservations, NeedsTheColumnsThatAreAskedFor) {

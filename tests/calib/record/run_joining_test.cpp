@@ -385,7 +385,7 @@ TEST(TableOfTemperatures, HasThemInAllRowsOrInNone) {
   const TableOfReadings blank = table_of(header + "+X,+Y,1,2,3,\n+X,-Y,1,2,3,\n");
   EXPECT_FALSE(blank.observations.readings[1].temperature);
   EXPECT_THAT(complaint_of_table(header + "+X,+Y,1,2,3,\n+X,-Y,1,2,3,21\n"),
-              HasSubstr("sheet.csv:3: column 'temperature': is noted here"));
+              HasSubstr("sheet.csv:3: column 'temperature': has a value in this row"));
   EXPECT_THAT(complaint_of_table(header + "+X,+Y,1,2,3,21\n+X,-Y,1,2,3,\n"),
               HasSubstr("the cell is empty"));
   EXPECT_THAT(complaint_of_table(header + "+X,+Y,1,2,3,\n", {.needs_temperature = true}),
@@ -403,7 +403,7 @@ TEST(TableOfDates, IsReadAsDatesOrNotAtAll) {
   const TableOfReadings unclear = table_of(header + "last Monday,+X,+Y,1,2,3\n");
   EXPECT_THAT(unclear.dates, IsEmpty());
   ASSERT_EQ(unclear.notes.size(), 1U);
-  EXPECT_THAT(unclear.notes.front(), HasSubstr("'last Monday' may be no date"));
+  EXPECT_THAT(unclear.notes.front(), HasSubstr("'last Monday' is not a clear date"));
 }
 
 TEST(TableOfConfirmations, TakesOneZeroOrAnEmptyCell) {

@@ -69,7 +69,7 @@ TEST(JoinFiles, RefusesOtherSlots) {
   axiscal::Run left = file_of("a.csv", 1, {"7"});
   left.slots = {"L"};
   EXPECT_THAT(refusal_of({left, file_of("b.csv", 2, {"7"})}, Units::one),
-              testing::HasSubstr("b.csv: the columns are of other slots"));
+              testing::HasSubstr("b.csv: the slots in the names of the columns differ"));
 }
 
 TEST(SplitBySerial, KeepsTheOrderOfUnitsAndOfTheirReadings) {

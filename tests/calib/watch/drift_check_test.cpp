@@ -128,7 +128,7 @@ TEST(DriftCheck, TakesARecordWithoutCovarianceAsExact) {
     axes.add(std::pow(x, nu / 2.0) * (1.0 + nu / 2.0 * (1.0 - x)));
   }
   EXPECT_NEAR(check.p_value, axes.p_value(), 1e-9);
-  EXPECT_THAT(check.notes, testing::Contains(HasSubstr("is taken as exact")));
+  EXPECT_THAT(check.notes, testing::Contains(HasSubstr("are taken as exact")));
   EXPECT_NEAR(check.changes[2].z, 2.0, 1e-9);
 }
 
@@ -227,7 +227,7 @@ TEST(DriftCheck, DoesNotCountTheErrorsThatBothRunsShare) {
   const double by_readings = std::sqrt(2.0) * u_of_parameter;
   EXPECT_NEAR(u_of(), by_readings, 1e-9);
   EXPECT_THAT(check_drift(old, fresh).notes,
-              testing::ElementsAre(HasSubstr("the same positioner"), HasSubstr("one source")));
+              testing::ElementsAre(HasSubstr("the same positioner"), HasSubstr("from the same source")));
   fresh.provenance.positioner = "cube-2";
   EXPECT_NEAR(u_of(), std::hypot(by_readings, std::sqrt(2.0) * u_input), 1e-9);
   fresh.sensor.field.model = "wgs84";
@@ -273,9 +273,9 @@ TEST(DriftCheck, RefusesRecordsThatCannotBeCompared) {
   EXPECT_THAT(complaint_of_change([](Calibration& c) { c.sensor.instrument.kind = "optical"; }),
               HasSubstr("different kinds of instrument: generic and optical"));
   EXPECT_THAT(complaint_of_change([](Calibration& c) { c.sensor.field.kind = "light"; }),
-              HasSubstr("field gravity in unit V and of field light"));
+              HasSubstr("field gravity with readings in V, and field light"));
   EXPECT_THAT(complaint_of_change([](Calibration& c) { c.sensor.instrument.unit = "mV"; }),
-              HasSubstr("in unit mV"));
+              HasSubstr("with readings in mV"));
   Calibration bare = old;
   bare.fit.statistics.reset();
   EXPECT_THROW(static_cast<void>(check_drift(bare, bare)), DomainError);
@@ -573,7 +573,7 @@ TEST(CheckInSitu, NeedsThreeAxes) {
   const Calibration two = record_of(of_two, plenty, "generic");
   const Observations rest = rest_at(two, {Eigen::Vector3d::UnitX()}, {1.0});
   EXPECT_THAT(test::complaint_of<DomainError>([&] { static_cast<void>(check_in_situ(two, rest)); }),
-              HasSubstr("fewer than three axes"));
+              HasSubstr("requires at least three axes"));
 }
 
 }  // namespace

@@ -265,9 +265,8 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
   };
   EXPECT_EQ(refusal([](Calibration&, Observations&) {}), "accepted");
   EXPECT_THAT(refusal([](Calibration&, Observations& o) { o = select_rows(o, {0}); }),
-              HasSubstr("too few readings (1): they determine no more than the field's direction "
-                        "and the biases. Take "
-                        "2 or more"));
+              HasSubstr("too few readings (1): they determine only the field's direction and the biases, "
+                        "without a check. Take 2 readings or more"));
   EXPECT_THAT(refusal([](Calibration&, Observations& o) {
                 o = select_rows(o, {1, 1, 1});
               }),
@@ -275,7 +274,7 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
   EXPECT_THAT(refusal([](Calibration&, Observations& o) { o.has_fence = false; }),
               HasSubstr("the column fence"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.field.unit = "m/s^2"; }),
-              HasSubstr("the record's field is in m/s^2, the readings' in g"));
+              HasSubstr("the field is in m/s^2 in the record, but in g for the readings"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.instrument.one_sided = true; }),
               HasSubstr("has several fields or one-sided axes"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.also.resize(1); }),

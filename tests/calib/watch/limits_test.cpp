@@ -223,7 +223,7 @@ TEST(ReasonOf, NamesEachLimitThatIsNotMet) {
   EXPECT_THAT(reason({.rule = "guarded",
                       .intermediate = true,
                       .limits = {{.parameter = "x.bias", .low = 0.0}}}),
-              HasSubstr("x.bias = 0.1 is known by one block only"));
+              HasSubstr("x.bias = 0.1 is from only one block"));
   unit.fit.conditions.earlier = 3;  // earlier records give the scatter of blocks
   EXPECT_EQ(reason({.rule = "guarded",
                     .intermediate = true,
