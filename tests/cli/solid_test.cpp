@@ -262,7 +262,7 @@ TEST(CalibrateCommand, WritesARecordForEachSlot) {
   const ProgramResult result = run_axiscal(with(call, {"-o", folder.path("cal-{slot}.json")}));
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("in slot R"));
-  EXPECT_THAT(result.out, HasSubstr("direction relative to the table"));
+  EXPECT_THAT(result.out, HasSubstr("is also fitted"));
   for (const char* slot : {"L", "R"}) {
     const json record = read_json(folder.path("cal-" + std::string(slot) + ".json"));
     EXPECT_LT(worst_error(record), 5e-5);

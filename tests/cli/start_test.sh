@@ -21,11 +21,12 @@ refuses() {
   echo "start: $name loads $(loads "$folder/$name" | wc -l) libraries by name, $(ldd "$folder/$name" | grep -c '=>') in all"
 }
 
-network=(ssl crypto mosquitto iio qrencode)
+network=(ssl crypto mosquitto iio)
 pages=(pango pangocairo cairo gobject qpdf lcms2)
 science=(hdf5 matio)
-refuses axiscal "${network[@]}" "${pages[@]}" "${science[@]}" archive muparser xlsxwriter ncurses stdc++
-refuses axiscal-exchange "${network[@]}" "${pages[@]}" "${science[@]}" ncurses
+refuses axiscal "${network[@]}" "${pages[@]}" "${science[@]}" pq qrencode archive muparser xlsxwriter ncurses stdc++
+refuses axiscal-exchange "${network[@]}" "${pages[@]}" "${science[@]}" ncurses pq
+refuses axiscal-store "${network[@]}" "${pages[@]}" "${science[@]}" ncurses xlsxwriter
 refuses axiscal-report "${network[@]}" "${science[@]}" ncurses
 refuses axiscal-read "${network[@]}" "${pages[@]}" ncurses xlsxwriter
 refuses axiscal-acquire "${science[@]}"
