@@ -49,8 +49,7 @@ void add_options(OptionSet& options, CharacterizeCommand& command) {
   options.add("--level-by", command.level_by, "run|block",
               "estimate one slope of the table for each reference (run) or each block [default: "
               "run]");
-  options.add("--leave-out", command.leave_out, "SLOTS",
-              "slots that are left out, for example A,B");
+  options.add("--leave-out", command.leave_out, "SLOTS", "slots to leave out, for example A,B");
   options.add_flag("--hold-bias-and-scale", command.hold_bias_and_scale,
                    "take bias and scale from the records [default: fit them again]");
   options.add_flag("--json", command.json, "print JSON instead of tables");

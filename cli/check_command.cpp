@@ -469,7 +469,7 @@ int run(const CheckCommand& command) {
       }
       if (predicted) {
         const DriftCheck check = check_few(command, readings, old, alpha);
-        print_remark("note", "the new readings are not calibrated: " + why_predicted);
+        print_remark("note", "no calibration is computed from the new readings: " + why_predicted);
         print_notes(check);
         return report(command, check_json(check, std::nullopt, own),
                       own_text(own) + check_text(check, old), check.drifted);

@@ -436,8 +436,7 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   method.add_flag("--polar-fit", experiment.polar_fit,
                   "also fit the polar form of the axes (coning angle, azimuth) by Gauss-Newton, to "
                   "compare it with the linear fit");
-  method.add("--leave-out", experiment.leave_out, "RUNS",
-             "runs that are left out, for example 7,8");
+  method.add("--leave-out", experiment.leave_out, "RUNS", "runs to leave out, for example 7,8");
   method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
              "known ratios of the noise of the axes, for example 1,1,1, with which smaller "
              "mistakes are detected");

@@ -199,9 +199,8 @@ int run(const FieldCommand& command) {
 
 Subcommand field_subcommand() {
   return make_subcommand<FieldCommand>(
-      "field",
-      "compute gravity, magnetic field, rotation and sun at a site",
-      "", &add_options, &run);
+      "field", "compute gravity, magnetic field, rotation and sun at a site", "", &add_options,
+      &run);
 }
 
 }  // namespace axiscal::cli

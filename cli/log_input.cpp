@@ -59,7 +59,7 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
   log.add("--min-length", rests.shortest, "S",
           "shortest length of a rest after trimming [s] [default: 1]");
   log.add("--trim", rests.trim, "S",
-          "additional time that is left out at both ends of a rest [s] [default: 0.1]");
+          "additional time to leave out at both ends of a rest [s] [default: 0.1]");
   log.add("--threshold", rests.threshold, "V",
           "threshold of the variance; the instrument is at rest below it [default: chosen from the "
           "data]");

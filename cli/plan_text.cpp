@@ -73,8 +73,8 @@ class PlanText {
     text_ += "\n";
     if (plan_.optimal) {
       text_ +=
-          wrapped(formatted("D-optimal {} of the 24 points, for {}: D-efficiency {:.4f}; "
-                            "the 12-point design has {:.4f}",
+          wrapped(formatted("D-optimal design of {} of the 24 points, for {}: its D-efficiency is "
+                            "{:.4f}; the 12-point design has {:.4f}",
                             plan_.optimal->design.size(),
                             plan_.optimal->parameters == 10 ? "every direction of the field"
                                                             : "a field along the normal",

@@ -52,7 +52,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
               ("effects on the readings besides noise: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
-              "azimuth of the table's y axis; the field of the true record is rotated by it");
+              "azimuth of the table's y axis, by which the field of the true record is rotated");
   options.add("--positioner", command.positioner, "FILE",
               "file of the measured cube: feet or face normals, fence, mounts");
   options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");

@@ -243,8 +243,7 @@ int run(const StudyCommand& command) {
 
 Subcommand study_subcommand() {
   return make_subcommand<StudyCommand>(
-      "study",
-      "simulate many runs, and compare errors with uncertainties",
+      "study", "simulate many runs, and compare errors with uncertainties",
       "On several processors:\n"
       "  parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 \\\n"
       "    --seed 7 --shard {}/8 -o part{}.json ::: 1 2 3 4 5 6 7 8\n"

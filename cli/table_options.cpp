@@ -220,8 +220,8 @@ void name_truth_and_measured(const std::string& path,
       renamed.push_back({.name = wanted.axes[axis], .column = measured[axis]});
     }
   }
-  print_remark("note", formatted("{}: the columns {} are taken as the field in the sensor (fx, fy, "
-                                 "fz), and {} as the axes",
+  print_remark("note", formatted("{}: the columns {} are taken as the true field in the sensor's "
+                                 "frame (fx, fy, fz), and {} as the readings of the axes",
                                  path, joined(truth), joined(measured)));
 }
 

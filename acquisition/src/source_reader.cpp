@@ -115,7 +115,7 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   }
   if (defects_at_s_ > 0.0 && now - defects_at_s_ < shown_for_s) {
     alarms.push_back({.code = "garbage",
-                      .text = formatted("{}: {} invalid lines or frames so far, which are left out",
+                      .text = formatted("{}: {} invalid lines or frames so far; they are ignored",
                                         source_->name(), counts_.defects)});
   }
   if (stepped_at_s_ > 0.0 && now - stepped_at_s_ < shown_for_s) {

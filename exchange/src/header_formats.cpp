@@ -117,7 +117,7 @@ std::vector<std::string> remarks(const Calibration& calibration, bool temperatur
         }));
     if (over.has_own_sensors()) {
       lines.emplace_back(
-          "temperature and reference_temperature are those of each axis's own sensor");
+          "temperature and reference_temperature are those of each axis's own temperature sensor");
     }
   }
   return lines;

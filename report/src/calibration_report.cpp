@@ -181,10 +181,10 @@ std::string history_section(const UnitHistory& unit, Figures& figures) {
                     {trend.meets_limit_on, ""}});
   }
   return figures.add_all(history_plots(unit)) +
-         html_table("Trends of " + std::to_string(unit.paths.size()) + " records",
-                    {"parameter", "newest", "change per year",
-                                            "u", "p value", "reaches its limit on"},
-                    rows);
+         html_table(
+             "Trends of " + std::to_string(unit.paths.size()) + " records",
+             {"parameter", "newest", "change per year", "u", "p value", "reaches its limit on"},
+             rows);
 }
 
 }  // namespace

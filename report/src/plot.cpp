@@ -399,10 +399,10 @@ Plot thinned(Plot plot) {
     drawn_points += kept.x.size();
     series = std::move(kept);
   }
-  plot.note =
-      formatted("{} of {} points are drawn, including the lowest and the highest point of each "
-                "interval of x",
-                drawn_points, points);
+  plot.note = formatted(
+      "{} of {} points are drawn, including the lowest and the highest point of each "
+      "interval of x",
+      drawn_points, points);
   return plot;
 }
 

@@ -47,7 +47,10 @@ class Database {
     const char* begin;          ///< begins a transaction that writes
     const char* lock_schema;    ///< within it: no other process makes the schema; may be empty
     const char* has_table;      ///< gives a row if the table $1 exists
-    const char* has_tables;     ///< gives a row if the database belongs to another program
+    /// For a database without the store's table: gives a row if it has other tables, so that it
+    /// belongs to another program. In PostgreSQL, where a store may lie among other tables, it
+    /// never gives a row.
+    const char* has_tables;
   };
 
   Database() = default;

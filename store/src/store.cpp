@@ -262,7 +262,7 @@ StoredCalibration Store::held(const StoreFilter& unit, const std::optional<std::
   });
   const std::string serial = unit.serial.value_or("");
   if (all.empty()) {
-    throw DataError(address_, formatted("has no calibration of unit '{}'", serial));
+    throw DataError(address_, formatted("does not contain a calibration of unit '{}'", serial));
   }
   for (const StoredCalibration& one : all) {
     if (one.kind != all.front().kind || one.slot != all.front().slot) {

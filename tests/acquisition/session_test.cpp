@@ -294,7 +294,8 @@ TEST(Session, AUnitThatTheSourceStatesOtherwiseIsSaidAtOnce) {
   session.set_channels({{"x", "V"}, {"y", "g"}, {"z", "g"}});
   session.add(0.0, std::array<double, 3>{0.0, 0.0, 1.0});
   ASSERT_FALSE(session.view().alarms.empty());
-  EXPECT_NE(session.view().alarms.front().text.find("has the unit V in the source"), std::string::npos);
+  EXPECT_NE(session.view().alarms.front().text.find("has the unit V in the source"),
+            std::string::npos);
   EXPECT_THROW(session.set_channels({{"a", ""}}), DomainError);
 }
 

@@ -133,7 +133,8 @@ TEST_F(Output, NoInputIsOverwritten) {
     const std::string call = testing::PrintToString(words);
     if (words.front() != "noise") {  // noise fails earlier: too few samples
       EXPECT_EQ(result.status, 2) << call << result.err;
-      EXPECT_THAT(result.err, HasSubstr("is an input of this command and would be overwritten")) << call;
+      EXPECT_THAT(result.err, HasSubstr("is an input of this command and would be overwritten"))
+          << call;
     }
     EXPECT_EQ(read_file(input), before) << call;
     EXPECT_EQ(folder_.file_count(), files) << call;

@@ -105,7 +105,8 @@ TEST_F(StoreTest, TheRecordThatHeldThen) {
   EXPECT_THAT(measured_at("2023-01-01"), HasSubstr("the first is of 2024-03-01"));
   EXPECT_EQ(store({"show", "--serial", "A", "--at", "soon"}).status, 2);
   EXPECT_EQ(store({"show"}).status, 2);
-  EXPECT_THAT(store({"show", "--serial", "C"}).err, HasSubstr("no calibration of unit 'C'"));
+  EXPECT_THAT(store({"show", "--serial", "C"}).err,
+              HasSubstr("not contain a calibration of unit 'C'"));
   // The stored record equals the file.
   EXPECT_EQ(nlohmann::json::parse(store({"show", "--serial", "A", "--at", "2025-01-01"}).out),
             read_json(folder_.path("2024.json")));

@@ -96,7 +96,8 @@ TEST(CsvReader, CountsLinesOverCommentsAndQuotedLineEnds) {
 TEST(CsvReader, GoesOnBehindDefectiveRows) {
   using std::string_literals::operator""s;
   CsvReader csv(source_of("a,b\n1\n1,2,3\n\"x\"y,2\n1,\"open\n5,\0\n7,8\n"s), "t");
-  for (const char* defect : {"1 cells", "3 cells", "follows the closing quote", "lacks the closing quote", "NUL"}) {
+  for (const char* defect :
+       {"1 cells", "3 cells", "follows the closing quote", "lacks the closing quote", "NUL"}) {
     ASSERT_EQ(csv.next(), CsvReader::Row::defective);
     EXPECT_THAT(csv.defect(), HasSubstr(defect));
   }

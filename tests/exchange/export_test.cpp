@@ -341,8 +341,8 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
       EXPECT_EQ(error.settings(), settings);
     }
   };
-  refused(accelerometer_in("LSB", "m/s^2"), "px4",
-          "m/s^2 the driver outputs for 1 LSB", {settings::reading_factor});
+  refused(accelerometer_in("LSB", "m/s^2"), "px4", "m/s^2 the driver outputs for 1 LSB",
+          {settings::reading_factor});
   Calibration no_gravity = accelerometer_in("m/s^2", "g");
   no_gravity.sensor.field.local_gravity.reset();
   const Exported by_standard = export_calibration(no_gravity, "px4", {.lossy = true});

@@ -76,10 +76,12 @@ void expect_bad(const std::string& text,
 
 TEST(Import, SaysWhatIsWrongAndWhere) {
   expect_bad("# empty\n", "px4", "has no CAL_ACC0_XOFF");
-  expect_bad("1\t1\tCAL_ACC0_XOFF\tabc\t9\n", "px4", "their.file:1: this line does not contain the name of a parameter");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\tabc\t9\n", "px4",
+             "their.file:1: this line does not contain the name of a parameter");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n", "px4", "CAL_ACC0_YOFF");
   // A missing value, a cut file, and a parameter that appears twice.
-  expect_bad("1\t1\tCAL_ACC0_XOFF\t9\n", "px4", "their.file:1: this line does not contain the name of a parameter");
+  expect_bad("1\t1\tCAL_ACC0_XOFF\t9\n", "px4",
+             "their.file:1: this line does not contain the name of a parameter");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1.\t9\n1\t1\tCAL_ACC0_YOFF\t1.", "px4", "their.file:2:");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n1\t1\tCAL_ACC0_XOFF\t2\t9\n", "px4", "occurs twice");
   expect_bad(
@@ -122,8 +124,7 @@ TEST(Import, TakesFiniteNumbersOnly) {
   // A record that could not be read is not imported. Gravity must be in g or m/s^2.
   expect_bad(R"({"acc_unit": "foot", "K_a": [[1,0,0],[0,1,0],[0,0,1]],
                  "R_a": [[1,0,0],[0,1,0],[0,0,1]], "b_a": [0,0,0]})",
-             "imucal", "/field/unit: must be g or m/s^2 for gravity",
-             {.magnitude = 32.0});
+             "imucal", "/field/unit: must be g or m/s^2 for gravity", {.magnitude = 32.0});
 }
 
 // ArduPilot reads a diagonal of 0 as 1, and multiplies by COMPASS_SCALE if it is not 0.

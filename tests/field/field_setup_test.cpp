@@ -133,7 +133,8 @@ TEST(RecordedField, IsLinearBetweenItsTimesAndKnownNowhereElse) {
     return test::complaint_of<DataError>(
         [&] { static_cast<void>(read_recorded_field(bad, make_field("light"))); });
   };
-  EXPECT_THAT(complaint("time,x,y,z\n1,0,0,1\n1,0,0,1\n"), HasSubstr("must increase from row to row"));
+  EXPECT_THAT(complaint("time,x,y,z\n1,0,0,1\n1,0,0,1\n"),
+              HasSubstr("must increase from row to row"));
   EXPECT_THAT(complaint("time,x,y,z\n1,0,0,1\n2,0,nought,1\n"), HasSubstr("bad.csv:3"));
   EXPECT_THAT(complaint("time,x,y\n1,0,0\n2,0,0\n"), HasSubstr("three more"));
 }

@@ -18,7 +18,7 @@ trap cleanup EXIT
 
 cpack --config "$build/CPackConfig.cmake" -G DEB -B "$scratch/packed" >"$scratch/cpack.log" 2>&1 ||
   { cat "$scratch/cpack.log"; exit 1; }
-for package in axiscal axiscal-report libaxiscal-dev; do
+for package in axiscal axiscal-report axiscal-store libaxiscal-dev; do
   deb=$(ls "$scratch"/packed/"$package"_*.deb)
   dpkg-deb --info "$deb" | grep -E "Package|Version|Depends|Recommends"
   dpkg-deb --contents "$deb" >"$scratch/contents.$package"
@@ -35,11 +35,12 @@ holds axiscal usr/bin/axiscal usr/libexec/axiscal/axiscal-exchange usr/share/man
   usr/share/bash-completion/completions/axiscal usr/share/doc/axiscal/copyright usr/share/doc/axiscal/changelog.gz \
   usr/share/doc/axiscal/THIRD-PARTY-NOTICES.gz
 holds axiscal-report usr/libexec/axiscal/axiscal-report
+holds axiscal-store usr/libexec/axiscal/axiscal-store
 holds libaxiscal-dev "usr/lib/[^ ]*/pkgconfig/axiscal.pc" usr/include/axiscal/axiscal.hpp
 ! grep -qE "\.(a|hpp)$" "$scratch/contents.axiscal" || { echo "the package axiscal contains the library"; exit 1; }
 # The package of the command depends on none of these large libraries.
 depends=$(dpkg-deb --field "$(ls "$scratch"/packed/axiscal_*.deb)" Depends)
-for heavy in pango cairo qpdf hdf5 matio mosquitto iio ncurses; do
+for heavy in pango cairo qpdf hdf5 matio mosquitto iio ncurses pq; do
   ! grep -q "lib$heavy" <<<"$depends" || { echo "the package axiscal depends on $heavy"; exit 1; }
 done
 if command -v lintian >/dev/null; then
@@ -63,6 +64,8 @@ axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V -o
 axiscal export cal.json --format c-header | grep -q axiscal_accelerometer_inverse
 axiscal report cal.json run.csv -o report.html && grep -q "</html>" report.html
 axiscal report cal.json -o certificate.pdf && grep -q "%PDF" certificate.pdf
+axiscal store add cal.json --store lab.db && axiscal store verify --store lab.db
+axiscal report --fleet lab.db -o fleet.html && grep -q "</html>" fleet.html
 axiscal export cal.json --format xlsx -o coefficients.xlsx && test -s coefficients.xlsx
 axiscal --version --verbose
 if [ -d /usr/lib/python3/dist-packages/axiscal ]; then

@@ -189,7 +189,8 @@ TEST_F(LogFiles, ReadNumbersExactly) {
 TEST_F(LogFiles, SayWhyTheyCannotBeRead) {
   EXPECT_THAT(complaint(""), HasSubstr("the file is empty"));
   EXPECT_THAT(complaint("only words\nand more\n"), HasSubstr(":1: there is no row of numbers"));
-  EXPECT_THAT(complaint("x,x\n1,2\n"), HasSubstr(":1: column 'x': the header contains this name twice"));
+  EXPECT_THAT(complaint("x,x\n1,2\n"),
+              HasSubstr(":1: column 'x': the header contains this name twice"));
   EXPECT_THAT(complaint(std::string("\xFF\xFE\x77\0\x0A\0", 6)),
               HasSubstr(":1: there is no row of numbers"));  // UTF-16
   EXPECT_THAT(complaint(std::string("\x7f"

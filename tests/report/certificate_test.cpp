@@ -173,7 +173,8 @@ TEST_F(Certificate, AnyTextIsPrinted) {
 // The first page states which inputs are not included in the uncertainties.
 TEST_F(Certificate, SaysWhatItDoesNotCount) {
   const std::string with_magnitude = text_of(certificate_pdf(certified(), details()));
-  EXPECT_THAT(with_magnitude, HasSubstr("do not include the uncertainty of: the cube's face normals"));
+  EXPECT_THAT(with_magnitude,
+              HasSubstr("do not include the uncertainty of: the cube's face normals"));
   EXPECT_THAT(with_magnitude, Not(HasSubstr("no claim in SI units")));
   const Calibration local =
       calibrate(experiment_for(accelerometer_truth()),

@@ -362,9 +362,10 @@ void add_sweep_scatter(const ReadingSet& set,
   }
 }
 
-// Includes the correlation of consecutive readings of a sweep in the intervals. A sweep is a single
-// cycle of the temperature, so a jackknife over its tenths does not show this correlation; models
-// of the noise are used instead.
+// Widens the intervals if consecutive readings of a sweep are correlated. The jackknife, which
+// leaves out one tenth of the sweep at a time, does not show this correlation, because a sweep is
+// only one cycle of the temperature. The uncertainties are therefore also computed from models of
+// correlated noise, and the larger ones are used.
 void add_noise_of_order(const ReadingSet& set,
                         const std::vector<Eigen::Index>& places,
                         const Eigen::MatrixXd& responses,

@@ -80,7 +80,8 @@ void require_enough_places(const EllipsoidCloud& cloud) {
           .matrix()
           .rowwise()
           .normalized();
-  std::vector<Eigen::Vector3d> first;  // first direction of each place
+  // A place is a group of directions within apart_rad of the first direction in it.
+  std::vector<Eigen::Vector3d> first;
   std::vector<Eigen::Vector3d> sums;
   std::vector<std::size_t> place_of(static_cast<std::size_t>(cloud.size()));
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
@@ -501,8 +502,8 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
         covered, number_text(100.0 * quality.fit_error, 2),
         alike.beyond_chance > alike_by_more_than_chance
             ? formatted(", and consecutive magnitudes are correlated (correlation {}): the "
-                        "instrument was moving, or the field differs from place to place, as it "
-                        "does indoors",
+                        "instrument was moving, or the field differs from place to place, as is "
+                        "usual indoors",
                         number_text(alike.correlation, 2))
             : "");
   }

@@ -39,7 +39,9 @@ TableField stated_field(const TableField& field) {
   for (const FieldDescription& part : field.parts()) {
     if (!part.in_table || part.free_length) {
       throw SetupError(
-          formatted("field {}: state the field's vector in the table (in_table)", part.kind),
+          formatted(
+              "field {}: the field's vector in the table's frame (in_table) is missing; state it",
+              part.kind),
           {settings::field_table});
     }
   }

@@ -326,8 +326,9 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
     const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
     if (!(used > 0.0)) {
       throw RefusedError(
-          formatted("axis {}: no reading is both within the range of the axis and "
-                    "exposed to the field",
+          formatted("axis {}: no reading can be used: each is beyond the range of the axis, or the "
+                    "field does not reach the axis's front side; check the range and the "
+                    "orientations",
                     set.axes[static_cast<std::size_t>(k)]));
     }
     set.weights.col(k) /= set.weights.col(k).sum() / used;

@@ -134,8 +134,9 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   const Eigen::VectorXd progress = Eigen::VectorXd::LinSpaced(n, -0.5, 0.5);
   const double length = progress.squaredNorm();
   const auto left = static_cast<double>(n - 2);
-  double drop = 0.0;  // squares explained by drift, each axis in units of its scatter about its
-                      // line
+  // Sum over the axes: the squares that a linear drift explains, divided by the variance of the
+  // means about the line.
+  double drop = 0.0;
   Eigen::Vector3d sd;
   Eigen::Vector3d drift;
   for (int k = 0; k < 3; ++k) {

@@ -140,8 +140,9 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
   return map;
 }
 
-// The effect of shared errors on the readings: one column for each error of standard deviation 1.
-using SharedErrors = Eigen::MatrixXd;  // n m x q
+// The effect of shared errors on n readings of m axes: n m rows, one for each axis of each reading,
+// and one column for each error of standard deviation 1.
+using SharedErrors = Eigen::MatrixXd;
 
 // The effect of each uncertain input on the readings, by its name.
 std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,

@@ -175,7 +175,8 @@ Run join_runs(std::vector<Run> files, Units units) {
   if (!without_serial.empty()) {
     if (has_several_units(run)) {
       throw DataError(without_serial,
-                      "column 'serial' is missing, but the other files are of several units");
+                      "column 'serial' is missing; add it, because the files contain "
+                      "readings of units with different serial numbers");
     }
     run.serials.clear();  // all readings are of one unit
   }

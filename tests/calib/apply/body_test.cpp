@@ -101,7 +101,8 @@ TEST(BodyRotation, NamesTheTurnThatIsOpen) {
     static_cast<void>(find_body_rotation(the_record(), model.at_all({{0, 0}, {0, 0}, {0, 0}})));
     FAIL() << "one attitude says nothing of the turn about the vertical";
   } catch (const RefusedError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("do not determine the rotation about the model's z axis"));
+    EXPECT_THAT(error.what(),
+                testing::HasSubstr("do not determine the rotation about the model's z axis"));
   }
 }
 

@@ -523,8 +523,8 @@ TEST(Transfer, IsTheStraightLineAndSaysWhatItDoesNotSee) {
   EXPECT_EQ(statistics.degrees_of_freedom(0), n - 2.0);
   EXPECT_EQ(result.findings.status, CalibrationStatus::ok);
   EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr(
-                  "v.sensitivity.x, v.sensitivity.y: these sensitivities are not known, and are taken as 0")));
+              test::HasNote(HasSubstr("v.sensitivity.x, v.sensitivity.y: these sensitivities are "
+                                      "not known, and are taken as 0")));
   EXPECT_TRUE(std::isnan(statistics.sensitivity_se(0, 0)));
   const std::string text = calibration_json(result);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
@@ -589,7 +589,8 @@ TEST(Transfer, ByAnglesSeesAPlane) {
             (std::vector<std::string>{"v.bias", "v.sensitivity.x", "v.sensitivity.z"}));
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 1e-3);
   EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr("v.sensitivity.y: these sensitivities are not known, and are taken as 0")));
+              test::HasNote(HasSubstr(
+                  "v.sensitivity.y: these sensitivities are not known, and are taken as 0")));
 }
 
 // A transfer may also be stated by labels and levels in one pose. With three axes it is refused.

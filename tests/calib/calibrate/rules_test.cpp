@@ -76,7 +76,8 @@ TEST_F(Rule, NamesTwoSolutions) {
 
 TEST_F(Rule, NamesReadingsThatDoNotSettle) {
   estimate_.sight.unsettled = true;
-  expect_one(one_sided_unsettled_rule(), WarningCode::one_sided_unsettled, "almost from the side of a one-sided axis");
+  expect_one(one_sided_unsettled_rule(), WarningCode::one_sided_unsettled,
+             "almost from the side of a one-sided axis");
 }
 
 TEST_F(Rule, NamesAGap) {
@@ -186,7 +187,8 @@ TEST_F(Rule, NamesAFaceUnlessTheReadingsWereSearched) {
   record_.fit.levelness->suspect =
       LevelnessEstimate{.point = *record_.fit.residuals.front().point, .block = 1};
   record_.fit.levelness->p_value = 1e-3;
-  expect_one(levelness_rule(), WarningCode::levelness, "disagrees with the slope from the other faces");
+  expect_one(levelness_rule(), WarningCode::levelness,
+             "disagrees with the slope from the other faces");
   searched_ = true;
   EXPECT_TRUE(found_by(levelness_rule()).empty());
 }

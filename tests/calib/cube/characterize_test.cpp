@@ -513,7 +513,8 @@ TEST(Characterize, RefusesWhatCannotBeMeasured) {
     return test::complaint_of<Error>([&] { static_cast<void>(characterize(references, options)); });
   };
   EXPECT_EQ(complaint(good), "accepted");
-  EXPECT_THAT(complaint(good, {.leave_out = {"A"}}), HasSubstr("all slots were left out, so no instrument is left"));
+  EXPECT_THAT(complaint(good, {.leave_out = {"A"}}),
+              HasSubstr("all slots were left out, so no instrument is left"));
   EXPECT_THAT(complaint({good[0], good[0]}), HasSubstr("unique slot name"));
 
   const auto without = [&](const auto& drop) {

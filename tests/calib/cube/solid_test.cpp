@@ -380,7 +380,8 @@ TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
   EXPECT_EQ(found[0].findings.status, CalibrationStatus::ok);
   ASSERT_EQ(found[1].findings.status, CalibrationStatus::warning);
   EXPECT_EQ(found[1].findings.warnings.back().code, WarningCode::slot_levelness);
-  EXPECT_THAT(found[1].findings.warnings.back().message, HasSubstr("in slot B measures another slope"));
+  EXPECT_THAT(found[1].findings.warnings.back().message,
+              HasSubstr("in slot B measures another slope"));
   slots.pop_back();
   const std::vector<Calibration> two = calibrate_assembly(experiment, slots);
   EXPECT_FALSE(two[0].fit.levelness->combined->consistent);

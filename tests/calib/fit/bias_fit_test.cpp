@@ -373,7 +373,8 @@ TEST(BiasFit, FindsHysteresisBetweenTheWays) {
   // The bias lies anywhere between the branches (uniform distribution), so its sd is half /
   // sqrt(3).
   EXPECT_NEAR(std::sqrt(found->covariance(3, 3)), half / std::sqrt(3.0), 0.2 * half);
-  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("at rising and at falling temperature")));
+  EXPECT_THAT(record.findings.notes,
+              test::HasNote(HasSubstr("at rising and at falling temperature")));
 }
 
 TEST(BiasFit, FindsNoHysteresisInWhiteNoise) {

@@ -213,7 +213,8 @@ TEST(RequireDetermined, NamesCoefficientsAndPoints) {
   ASSERT_EQ(added.size(), 2U);
   EXPECT_EQ(rank_by_lu(with_points(test::rows_of(set, field_upright), added, rows)), 4);
   EXPECT_THAT(plain, testing::Not(HasSubstr("opposite fence face")));
-  EXPECT_THAT(refusal_of_design(set, rows, true), HasSubstr("each also with the opposite fence face"));
+  EXPECT_THAT(refusal_of_design(set, rows, true),
+              HasSubstr("each also with the opposite fence face"));
 }
 
 TEST(RequireDetermined, AsksForOtherDirectionsIfReadingsBringTheirFields) {

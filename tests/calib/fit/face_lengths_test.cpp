@@ -112,7 +112,8 @@ TEST(FaceLengths, OfSixReadingsAreAllTheFields) {
   // The cross-axis terms are 0, and a note reports this.
   const Eigen::Matrix3d S = fit.estimate.response.sensitivity;
   EXPECT_EQ((S - Eigen::Matrix3d(S.diagonal().asDiagonal())).norm(), 0.0);
-  EXPECT_THAT(fit.estimate.notes, test::HasNote(testing::HasSubstr("do not determine the cross-axis terms")));
+  EXPECT_THAT(fit.estimate.notes,
+              test::HasNote(testing::HasSubstr("do not determine the cross-axis terms")));
 }
 
 TEST(FaceLengths, OfManyReadingsAreLeastSquares) {

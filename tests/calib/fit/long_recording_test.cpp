@@ -84,7 +84,8 @@ TEST(LongRecording, SaysWhenItIsShortForItsNoise) {
   const SensorModel truth = accelerometer_truth();
   const Calibration found =
       calibrate(magnitude_experiment(truth), hand_motion(truth, 1500, 0.995, 3));
-  EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("short relative to the correlation of its noise")));
+  EXPECT_THAT(found.findings.notes,
+              test::HasNote(testing::HasSubstr("short relative to the correlation of its noise")));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }

@@ -120,8 +120,7 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
         (result.sensor.response.bias(2) - hard_iron(2)) / result.fit.statistics->bias_se(2) / runs;
     se = result.fit.statistics->bias_se(2);
     if (seed == 1) {
-      EXPECT_THAT(result.findings.notes,
-                  test::HasNote(HasSubstr("corrected for its bias")));
+      EXPECT_THAT(result.findings.notes, test::HasNote(HasSubstr("corrected for its bias")));
       ASSERT_FALSE(result.findings.warnings.empty());
       EXPECT_EQ(result.findings.warnings.front().code, WarningCode::coverage);
       EXPECT_THAT(result.findings.warnings.front().message, HasSubstr("-z"));

@@ -239,7 +239,8 @@ TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   const std::size_t at = notes.find("the squared terms are");
   ASSERT_NE(at, std::string::npos) << notes;
   const double S = bent.sensor.response.sensitivity(0, 0);
-  EXPECT_NEAR(std::stod(notes.substr(at + std::string("the squared terms are").size())), k2 * S * S, 0.1 * k2 * S * S);
+  EXPECT_NEAR(std::stod(notes.substr(at + std::string("the squared terms are").size())), k2 * S * S,
+              0.1 * k2 * S * S);
   experiment.fit.robust = true;  // the fit of squares has no robust weights
   EXPECT_THROW(static_cast<void>(calibrate(experiment, run)), SetupError);
 }

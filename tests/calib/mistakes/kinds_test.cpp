@@ -529,8 +529,8 @@ TEST(KindsOfMistakes, SayWhichReadingWasRepeated) {
         j != 6 && set.response.row(static_cast<Eigen::Index>(j)) == set.response.row(6);
     same = repeats ? j : same;
   }
-  EXPECT_EQ(found.front().words,
-            "without this reading: it repeats run " + std::to_string(same + 1) + " to the last digit");
+  EXPECT_EQ(found.front().words, "without this reading: it repeats run " +
+                                     std::to_string(same + 1) + " to the last digit");
   EXPECT_TRUE(explanations_of_reading(stuck_kind(), run, 5).empty());
 }
 

@@ -80,7 +80,8 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
     return csv_complaint(header + "#\n" + text + "\n");
   };
   EXPECT_THAT(row("+W,+Y,1,2,3"), HasSubstr("run.csv:3: column 'rest': '+W' is not a face"));
-  EXPECT_THAT(row("+X,-X,1,2,3"), HasSubstr("run.csv:3: column 'fence': '-X' and rest '+X' are on one axis"));
+  EXPECT_THAT(row("+X,-X,1,2,3"),
+              HasSubstr("run.csv:3: column 'fence': '-X' and rest '+X' are on one axis"));
   for (const char* cell : {"abc", "nan", "inf", "1e999", "1.2V", "\"1,5\""}) {
     EXPECT_THAT(row("+X,+Y,1," + std::string(cell) + ",3"), HasSubstr("run.csv:3: column 'y': '"))
         << cell;

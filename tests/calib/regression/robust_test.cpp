@@ -59,7 +59,8 @@ TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
   // The wrong reading has weight 0. The other weights are large.
   EXPECT_EQ((result.fit.statistics->robust_weight.col(1).array() == 0.0).count(), 1);
   ASSERT_EQ(result.findings.notes.size(), 2U);  // the other note is on inputs that are not counted
-  EXPECT_THAT(result.findings.notes[0].message, testing::HasSubstr("robust regression ignores the readings of axis y"));
+  EXPECT_THAT(result.findings.notes[0].message,
+              testing::HasSubstr("robust regression ignores the readings of axis y"));
   EXPECT_GT(result.fit.statistics->studentized.col(1).cwiseAbs().maxCoeff(), 100.0)
       << "what has no weight must show in the residuals";
   EXPECT_LT(result.fit.statistics->residual_sd(1), 3e-4);

@@ -209,8 +209,9 @@ TEST(BlockChanges, AreUnknownIfNoRecordShowsTheScatter) {
   EXPECT_FALSE(p_of_block_changes(one, one, notes));
   EXPECT_TRUE(p_of_block_changes(one, several, notes));
   ASSERT_EQ(notes.size(), 1U);  // 2 + 1 blocks: one degree of freedom
-  EXPECT_THAT(notes.front(),
-              testing::HasSubstr("two blocks and the other has one: almost no change can be detected"));
+  EXPECT_THAT(
+      notes.front(),
+      testing::HasSubstr("two blocks and the other has one: almost no change can be detected"));
   several.fit.statistics.reset();
   EXPECT_FALSE(p_of_block_changes(one, several, notes));
   EXPECT_FALSE(p_of_block_changes(several, one, notes));

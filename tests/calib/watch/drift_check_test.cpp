@@ -226,8 +226,9 @@ TEST(DriftCheck, DoesNotCountTheErrorsThatBothRunsShare) {
   const auto u_of = [&] { return check_drift(old, fresh).changes.front().u; };
   const double by_readings = std::sqrt(2.0) * u_of_parameter;
   EXPECT_NEAR(u_of(), by_readings, 1e-9);
-  EXPECT_THAT(check_drift(old, fresh).notes,
-              testing::ElementsAre(HasSubstr("the same positioner"), HasSubstr("from the same source")));
+  EXPECT_THAT(
+      check_drift(old, fresh).notes,
+      testing::ElementsAre(HasSubstr("the same positioner"), HasSubstr("from the same source")));
   fresh.provenance.positioner = "cube-2";
   EXPECT_NEAR(u_of(), std::hypot(by_readings, std::sqrt(2.0) * u_input), 1e-9);
   fresh.sensor.field.model = "wgs84";

@@ -264,9 +264,10 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
         [&] { static_cast<void>(check_labelled(changed, experiment_here(), given)); });
   };
   EXPECT_EQ(refusal([](Calibration&, Observations&) {}), "accepted");
-  EXPECT_THAT(refusal([](Calibration&, Observations& o) { o = select_rows(o, {0}); }),
-              HasSubstr("too few readings (1): they determine only the field's direction and the biases, "
-                        "without a check. Take 2 readings or more"));
+  EXPECT_THAT(
+      refusal([](Calibration&, Observations& o) { o = select_rows(o, {0}); }),
+      HasSubstr("too few readings (1): they determine only the field's direction and the biases, "
+                "without a check. Take 2 readings or more"));
   EXPECT_THAT(refusal([](Calibration&, Observations& o) {
                 o = select_rows(o, {1, 1, 1});
               }),

@@ -75,7 +75,7 @@ void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
         formatted(
             "the measured magnitude differs from the field's magnitude by {} % (rms), so the "
             "sensitivities are unreliable: the instrument was moving during the readings, or the "
-            "field differs from place to place, as it does indoors; take the readings again at "
+            "field differs from place to place, as is usual indoors; take the readings again at "
             "rest{}",
             number_text(100.0 * error, 2),
             run.calibration.fit.robust ? "" : ", or use robust weights if few readings are wrong"));

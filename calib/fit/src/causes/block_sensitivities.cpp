@@ -311,8 +311,9 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     estimate.notes.push_back(
         {NoteCode::seats,
          "the directions of the axes differ between blocks, as if the instrument was mounted again "
-         "for each block. The intervals of the cross-axis terms include this difference; a column "
-         "'mount' with the number of the mount makes these intervals shorter"});
+         "for each block. The intervals of the cross-axis terms include this difference; if the "
+         "instrument was mounted again, add a column 'mount' that numbers the mountings (1, 2, "
+         "...), to make these intervals shorter"});
   }
   if (fits.S.size() == 2) {
     estimate.notes.push_back({NoteCode::conditions,

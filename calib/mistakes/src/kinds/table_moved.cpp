@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::array table_moved_advice = {MistakeAdvice{
     .code = WarningCode::table_moved,
-    .one = "Make sure that nothing moves the table, and take all readings again. Or give each part "
-           "its own block, with one slope of the table for each block (level by block)."}};
+    .one = "Make sure that nothing moves the table, and take all readings again. Or give the "
+           "readings before and after the move different block numbers, and fit one slope of the "
+           "table for each block (level by block)."}};
 
 // The derivative of one reading, one row for each axis, with respect to a turn of the field in the
 // table.

@@ -16,7 +16,8 @@ namespace axiscal {
 struct ReportOptions {
   /// The readings of the calibration, for their values and times; may be null.
   const Observations* observations = nullptr;
-  /// Histories of units. The report shows the drift from the history with its own serial number.
+  /// Histories of units. The report shows the drift from the first history that has the serial
+  /// number of the calibrated instrument.
   std::vector<UnitHistory> history;
   /// Positions of the table's adjusters. The report then states the turns that level the table.
   std::optional<Surface> table;

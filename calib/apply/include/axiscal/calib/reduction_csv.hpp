@@ -83,7 +83,8 @@ struct ReductionCsvOptions {
   bool strict = false;  ///< if true, a row that cannot be reduced is an error
   /// Decimals of every result, 0 to 15; nullopt: the shortest text that gives the exact number.
   std::optional<int> decimals;
-  bool every_row = false;  ///< passes each row to the sink at once, instead of large blocks
+  /// True: the sink gets each row as soon as it is reduced. False: it gets large blocks of rows.
+  bool every_row = false;
 };
 
 /// The bits of the flag in binary rows.

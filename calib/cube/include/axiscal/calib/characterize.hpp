@@ -104,8 +104,9 @@ estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_va
 /// instrument has a second mount whose orientation differs by more than 0.5 rad, the fit also
 /// determines the angles between the instrument's axes.
 ///
-/// @param references  one reference or more. Each needs readings at opposite points, and together
-///                    they need all six rest faces.
+/// @param references  one reference or more. For each slope of the table, each needs readings at
+///                    two design points with the same rest face and opposite fence faces. Together,
+///                    the references need all six rest faces.
 /// @throws RefusedError  if no reference is left, a field is not along the table's normal, an
 ///                       instrument has fewer than three axes, a face was never the rest face, or
 ///                       the readings do not determine the cube.
