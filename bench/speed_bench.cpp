@@ -184,8 +184,9 @@ Eigen::Matrix<double, 12, 4> design_of_12() {
   return X;
 }
 
-// A matrix of 3 units x 12 that is stored by columns. fit_repeatedly() reads the same memory as
-// 12 x 3 units, stored by rows.
+// Returns the readings of three axes of all units in 12 positions: a matrix of (3 * units) x 12
+// that is stored by columns. fit_repeatedly() reads the same memory as a matrix of 12 x (3 * units)
+// that is stored by rows.
 const Eigen::MatrixXd& responses() {
   static const Eigen::MatrixXd all = [] {
     axiscal::RandomStream random(2);

@@ -23,7 +23,8 @@
 namespace axiscal::cli {
 namespace {
 
-// One kind and one model, because coefficients of different designs have no common distribution.
+// Checks that the calibrations have one kind and one model, because the coefficients of different
+// designs have no common distribution.
 void require_one_design(const Store& store, const StoreFilter& filter, const std::string& name) {
   std::map<std::string, std::size_t> kinds;
   std::map<std::string, std::size_t> models;
@@ -51,7 +52,7 @@ void require_one_design(const Store& store, const StoreFilter& filter, const std
   require_one(models, "models", "--model");
 }
 
-// The limits of --limits, or those by which the newest record was judged.
+// Returns the limits of --limits. Without this option, returns the limits in the newest record.
 std::map<std::string, std::pair<std::optional<double>, std::optional<double>>> limits_of(
     const ReportCommand& command, const Store& store, const StoredCalibration& newest_judged) {
   std::map<std::string, std::pair<std::optional<double>, std::optional<double>>> limits;
@@ -137,7 +138,7 @@ int run_fleet(const ReportCommand& command) {
     fleet.tests.push_back(std::move(test));
   };
   store.for_each(filter, StoredPart::coefficients, add);
-  if (command.kind || command.model) {  // tests without a record have neither
+  if (command.kind || command.model) {  // tests without a record have no kind and no model
     StoreFilter errors = filter;
     errors.kind = "";
     errors.model = "";
@@ -149,7 +150,8 @@ int run_fleet(const ReportCommand& command) {
       std::tie(parameter.low, parameter.high) = found->second;
     }
   }
-  for (FleetTest& test : fleet.tests) {  // before the first test with coefficients
+  // Clears the values of tests that were added before the first test with coefficients.
+  for (FleetTest& test : fleet.tests) {
     if (test.values.size() != fleet.parameters.size()) {
       test.values.clear();
       test.u.clear();

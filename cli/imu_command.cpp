@@ -236,8 +236,9 @@ struct InstanceRecords {
   std::vector<FailedSensor> failed;
 };
 
-// If the shortest file is less than twice as long as the shortest permitted rest, each file is a
-// rest, and the shortest permitted rest is set to 40 % of that file.
+// Adapts the options to files that contain one rest each. It assumes such files if the shortest
+// file is less than twice as long as the shortest permitted rest. The shortest permitted rest is
+// then reduced to 40 % of that file, and window and trim are limited accordingly.
 void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   if (input.begins.empty()) {
     return;

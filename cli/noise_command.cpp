@@ -317,9 +317,10 @@ struct CurveSize {
   double samples = 0.0;
 };
 
-// Returns the size of the log from which a curve was computed. It follows from the number of terms,
-// N - 2 tau / step + 1, of the first and the last point. Without terms, the shortest tau is assumed
-// to be one sample, and the log to be twice as long as the longest tau.
+// Returns the time step and the number of samples N of the log from which a curve was computed.
+// Both follow from the first and the last point, whose numbers of terms are N - 2 tau / step + 1.
+// If the numbers of terms are not known, the shortest tau is assumed to be one time step, and the
+// log is assumed to be twice as long as the longest tau.
 CurveSize size_of_curve(const std::string& name,
                         const std::vector<double>& tau,
                         const std::vector<double>* terms) {

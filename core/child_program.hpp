@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// A program in a process of its own, with a pipe to it.
+/// A program that runs in a separate process, connected by a pipe.
 class ChildProgram {
  public:
   /// The standard stream of the program that is connected to the pipe.

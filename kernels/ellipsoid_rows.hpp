@@ -33,8 +33,8 @@ struct EllipsoidRows {
   std::array<double*, 9> jacobian{};
 };
 
-/// Computes the rows of a linearised fit. With u = f / |f|: d|f| / db = -A^T u, d|f| / dA_jk = u_j
-/// (v - b)_k.
+/// Computes the rows of a linearised fit. With f = A (v - b) and u = f / |f|, the derivatives are
+/// d|f| / db = -A^T u and d|f| / dA_jk = u_j (v - b)_k.
 void ellipsoid_rows(const EllipsoidReadings& readings,
                     const EllipsoidWeights& weights,
                     const EllipsoidRows& rows);

@@ -36,7 +36,7 @@ inline constexpr std::size_t regression_trials_block = 4096;
 /// estimates the scatter from the residuals.
 ///
 /// The trials of a block depend only on the seed and on the block's number b. Eight streams of
-/// xoshiro256++ are seeded from (seed, b), and each stream makes every eighth trial. Therefore the
+/// xoshiro256++ are seeded from (seed, b), and each stream runs every eighth trial. Therefore the
 /// trials do not depend on the number of threads or on the width of the machine's vectors. Normals
 /// are drawn by Box and Muller.
 ///

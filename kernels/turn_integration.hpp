@@ -20,7 +20,8 @@ struct IntegratedTurn {
   /// frame at the start.
   std::array<double, 4> attitude = {1.0, 0.0, 0.0, 0.0};
   /// Derivatives of R(T) with respect to the entries of B. Column 3 p + q is the integral of R(t)
-  /// e_p (v - b)_q dt, a small rotation vector in the sensor's frame at the start for B_pq.
+  /// e_p (v - b)_q dt. It is the small rotation per unit of B_pq, as a vector in the sensor's frame
+  /// at the start.
   std::array<std::array<double, 9>, 3> sensitivity{};
   /// The integral of R(t) dt [s]. An error e of the bias turns R(T) by this integral times B e.
   std::array<std::array<double, 3>, 3> rotation_integral{};

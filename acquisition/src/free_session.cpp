@@ -228,8 +228,8 @@ class FreeSession::Engine {
     }
   }
 
-  // Keeps a sample only if it differs enough from the last kept one, so that an instrument at rest
-  // does not fill the list.
+  // Keeps the current sample only if it differs enough from the last kept sample. An instrument at
+  // rest therefore does not fill the list.
   void take_sample() {
     const Eigen::Vector3d values = axes_.values();
     const double radius = 0.5 * (highest_ - lowest_).maxCoeff();
@@ -276,7 +276,8 @@ class FreeSession::Engine {
     phase_ = SessionPhase::laying;
     const Eigen::Vector3d mean = dwell_.mean();
     stillness_.learn(dwell_.sd());
-    // Before the first turn, half the magnitude of the reading replaces the radius.
+    // The radius is at least half the magnitude of the reading, because before the first turn the
+    // readings have no spread.
     const double radius = std::max(0.5 * (highest_ - lowest_).maxCoeff(), 0.5 * mean.norm());
     const bool is_new = std::none_of(points_.begin(), points_.end(), [&](const FreePoint& one) {
       return (one.values - mean).norm() < novel_rest_rad * radius;

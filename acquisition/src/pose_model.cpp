@@ -15,10 +15,10 @@
 namespace axiscal {
 namespace {
 
-// Another pose is reported if PoseJudgement::log_ratio exceeds this value. The ratio compares chi^2
-// instead of predictive densities. Predictive densities would mistake two readings in opposite
-// positions on a level table for two readings in one position, because the prior makes a slope near
-// zero improbable.
+// Another pose is reported if PoseJudgement::log_ratio exceeds this value. log_ratio is computed
+// from chi^2, not from predictive densities. The prior makes a slope near zero improbable. On a
+// level table, predictive densities would therefore take two readings with the same rest face and
+// opposite fence faces for two readings in the same pose.
 constexpr double telling_log_ratio = 9.0;
 // A pose does not fit if the chi^2 of three axes exceeds this value (about 5 standard deviations).
 constexpr double fitting_misfit = 40.0;
@@ -70,10 +70,10 @@ Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& vector) {
   return tangents;
 }
 
-// Derivative of a reading with respect to bias (m), sensitivity by rows (3 m), direction of the
-// field (2) and common scale (1). The column of the common scale is zero, because only the prior
-// depends on that scale.
-// @param rotation  rotation sensor from table, times the level of the field.
+// Returns the derivative of a reading with respect to the parameters: bias (m), sensitivity by rows
+// (3 m), direction of the field (2) and common scale (1). The column of the common scale is zero,
+// because only the prior depends on that scale.
+// @param rotation  rotation from the table's frame to the sensor's frame, times the field level.
 Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matrix3d& rotation) {
   const Eigen::Index m = fit.response.bias.size();
   const Eigen::Vector3d in_sensor = rotation * fit.field_in_table;
@@ -86,8 +86,8 @@ Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matr
   return J;
 }
 
-// Writes the prior of bias, sensitivity, field direction and common scale as rows of J and r,
-// starting at `row`.
+// Writes the prior of bias, sensitivity, field direction and common scale as weighted equations of
+// the least squares problem: to the rows of J and r from `row` on.
 void put_expectations(const PoseModelSetup& setup,
                       const Eigen::MatrixXd& nominal_axes,
                       double scale,
@@ -141,15 +141,17 @@ bool PoseModel::is_usable() const {
          setup_.nominal_axes.rowwise().norm().minCoeff() > 0.0 && setup_.field.magnitude > 0.0;
 }
 
-// Returns the matrix that converts PoseModelSetup::field from the table to the sensor frame, if the
-// reading was at `point`: rotation sensor from table, times level, times PlacedReading::field_turn.
+// Returns the matrix that converts PoseModelSetup::field, in the table's frame, to the field that
+// acts on the sensor, in the sensor's frame, if the reading was taken at `point`. It is the product
+// of the field level, the rotation from table to sensor, and PlacedReading::field_turn.
 Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
                                        const DesignPoint& point) const {
   return reading.entry.level.of_all() * setup_.rotation_sensor_from_positioner *
          setup_.positioner.rotation_table_from_positioner(point).transpose() * reading.field_turn;
 }
 
-// The nominal response of the axes to a unit field in a direction of the table.
+// Returns the nominal response of the axes, for a sensitivity of 1, to a field of magnitude 1 that
+// has the given direction in the table's frame.
 Eigen::VectorXd PoseModel::seen(const PlacedReading& reading,
                                 const Eigen::Vector3d& direction) const {
   const Eigen::VectorXd along =
@@ -193,9 +195,9 @@ bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   });
 }
 
-// The effect of the field on a reading: sensitivity times field magnitude [unit]. It is computed
-// from the nominal sensitivity, or else from differences between readings, because biases may be
-// far larger than the effect. nullopt if the readings do not determine it.
+// Returns the effect of the field on a reading: sensitivity times field magnitude [unit]. If the
+// nominal sensitivity is unknown, the effect is computed from differences between readings, because
+// biases may be far larger than the effect. Returns nullopt if the readings do not determine it.
 std::optional<double> PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
   if (setup_.nominal_sensitivity) {
     return std::abs(*setup_.nominal_sensitivity) * setup_.field.magnitude;
@@ -243,8 +245,9 @@ std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& know
   return all;
 }
 
-// The standard deviation of a pose [rad]. It is larger for fewer than three axes, because their
-// first readings determine only products of slope and cross-axis sensitivity, not each of them.
+// Returns the standard deviation of the cube's orientation in a pose [rad]. It is larger for
+// instruments with fewer than three axes. Their first readings determine only products of slope and
+// cross-axis sensitivity, but neither factor.
 double PoseModel::placement_sd() const {
   constexpr double of_few_axes = 0.02;
   return setup_.instrument.axis_count() < 3 ? std::hypot(setup_.placement_sd_rad, of_few_axes)

@@ -12,11 +12,14 @@
 namespace axiscal {
 namespace {
 
-// The source's clock has jumped if its step exceeds the step between arrivals by more than this.
+// The source's clock has jumped if the time between two samples by this clock exceeds the time
+// between their arrivals by more than this.
 constexpr double longest_lead_s = 2.0;
 
-// The correction of counted times: the tolerated deviation from the arrival times, the interval
-// between corrections, the time in which a deviation is removed, and limits.
+// The constants of the correction of counted times are, in this order: the tolerated deviation from
+// the arrival times, the interval between corrections, the time in which a deviation is removed,
+// the share of a correction that becomes permanent, the largest relative correction of the step,
+// and the smallest step relative to 1 / rate.
 constexpr double free_lag_s = 0.25;
 constexpr double pace_window_s = 2.0;
 constexpr double pull_back_s = 10.0;
@@ -68,8 +71,10 @@ void SampleClock::check_unit(const std::string& path,
   }
 }
 
-// Samples arrive with various delays, singly or in bursts. Within a window, the counted times are
-// too early if even the smallest delay is large, and too late if even the largest is negative.
+// Returns the time of the next sample by counting, and corrects the length of the counted step. The
+// lag of a sample is its arrival time minus its counted time. Samples arrive singly or in bursts,
+// so their lags differ. The counted times in a window are too early if even the smallest lag is
+// above free_lag_s, and too late if even the largest lag is below -free_lag_s.
 double SampleClock::counted(double arrival_s) {
   if (!started_) {
     pace_from_s_ = arrival_s;

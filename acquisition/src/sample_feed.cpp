@@ -143,8 +143,8 @@ class SampleFeed::Impl {
     }
   }
 
-  // Time to add to the samples of another recording. Recordings with a common clock are aligned by
-  // their clock; others are assumed to start at the same time.
+  // Returns the time to add to the sample times of another source [s]. If both sources are
+  // recordings with the same kind of clock, the recordings are aligned by it. Otherwise returns 0.
   [[nodiscard]] double later_by(const SourceReader& other) const {
     const SourceReader& first = *readers_.front();
     const std::optional<double> own = other.time_at_zero();

@@ -99,8 +99,8 @@ PlacedReading SessionKnowledge::placed(const CapturedReading& reading) const {
           .field_turn = change_of_field(setup_.experiment, field_at_s_, reading.start_s)};
 }
 
-// Returns the latest 36 readings, i.e. three blocks of 12. Earlier readings are left out, because
-// the instrument may have drifted since, and because the limit bounds the time for a capture.
+// Returns the latest 36 readings, which are three blocks of 12. Earlier readings are left out,
+// because the instrument may have drifted since, and because fits to many readings take too long.
 std::vector<CapturedReading> SessionKnowledge::latest(
     const std::vector<CapturedReading>& readings) {
   constexpr std::size_t most = 36;

@@ -26,7 +26,8 @@ struct JudgedRun {
   const Estimate& estimate;
   const FitTests& tests;
   const MistakeSearch& mistakes;
-  const std::vector<CalibrationWarning>& taken_in;  ///< warnings of mistakes with a term in the fit
+  /// Warnings of mistakes (drift, step of the biases, memory) for which the fit has a term.
+  const std::vector<CalibrationWarning>& taken_in;
   bool searched = false;           ///< true if the readings were searched for mistakes
   std::vector<int> unpaired_runs;  ///< runs that method paired left out
   bool field_varies = false;       ///< true if the readings state fields of different lengths

@@ -11,12 +11,15 @@ namespace axiscal {
 /// Fits only the biases, as polynomials in the temperature, to readings at rest in one pose (a
 /// thermal sweep).
 ///
-/// The sensitivity is taken from experiment.from. Without a record it is nominal: the value that
-/// the units imply, else 1, for the component that the axis senses; a note says so. If the pose or
-/// the field of every reading is known and a sensitivity is given, the response to the field is
-/// subtracted. Otherwise the response to gravity or to the geomagnetic field is unknown: the bias
-/// at the reference temperature is then that of experiment.from, or includes this response if there
-/// is no record.
+/// The sensitivity is that of the record experiment.from. Without a record it is nominal: along the
+/// component that the axis senses it is the value that the units imply, or 1 if they imply none. A
+/// note states the nominal value.
+///
+/// If the pose or the field of every reading is known, and the sensitivity follows from the record
+/// or from the units, the response to the field is subtracted. Otherwise the response to gravity or
+/// to the geomagnetic field is unknown. The bias at the reference temperature is then copied from
+/// experiment.from; without a record it includes this response. The biases of a gyroscope include
+/// the response to the Earth's rotation.
 ///
 /// @param calibration  the record; its instrument and field must be set. It receives coefficients,
 ///                     statistics, residuals and notes.

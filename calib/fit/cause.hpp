@@ -46,7 +46,8 @@ struct Cause {
   std::string_view name;
   /// true if it changes the fit's covariance; such causes are counted first
   bool changes_fit = false;
-  /// Makes intervals longer, never shorter, and adds a note if the cause is significant.
+  /// Returns `so_far` with the effect of the cause on the uncertainty. Intervals may become longer,
+  /// never shorter. If the cause is significant, a note is added.
   CountedEstimate (*counted)(const ScatterAnalysisInput& run, CountedEstimate so_far) = nullptr;
 };
 

@@ -16,15 +16,17 @@ struct ConfirmedReadings {
 
 /// Compares readings that were kept out of a fit with the predictions of this fit.
 ///
-/// The prediction error of a reading of axis k has the variance s_k^2 / w + J C J^T. Here s_k is
-/// the standard deviation of the axis's noise with nu_k degrees of freedom, w is the weight of the
-/// reading, J is its row of the Jacobian, and C is the covariance of the unknowns. If the field's
-/// direction was fitted, J includes its tangents. Each error is compared with its own interval from
-/// Student's t(nu_k). The q errors of an axis together are compared with F(q, nu_k), and Fisher's
-/// method combines the axes. The noise across the field may be larger or smaller than the noise
-/// along it; the p-value is the largest over all noise ratios that the readings of the fit do not
-/// reject. If a block has no readings in the fit, the shift that its readings share is not
-/// compared.
+/// For a reading of axis k with weight w, the prediction error has the variance s_k^2 / w + J C
+/// J^T. Here s_k is the standard deviation of the axis's noise, estimated with nu_k degrees of
+/// freedom, J is the row of the reading in the Jacobian, and C is the covariance of the unknowns.
+/// The unknowns include the field's direction if it was fitted.
+///
+/// Each error is compared with an interval from Student's t(nu_k). The mean square of the q errors
+/// of an axis is compared with F(q, nu_k), and Fisher's method combines the axes. The noise across
+/// the field may be larger or smaller than the noise along it. Therefore the test is repeated for
+/// several ratios of the two, and the p-value is the largest for the ratios that the readings of
+/// the fit do not reject. If a block has no readings in the fit, its shift is unknown; the test
+/// then uses only differences within the block.
 ///
 /// @param fitted       the readings of the fit.
 /// @param kept_out     one or more readings, from ReadingSource::kept_out().

@@ -17,10 +17,10 @@ namespace axiscal {
 /// Compares readings with the prediction of all other readings (method.md, section 5). The noise of
 /// each axis is estimated from the scatter of the other readings.
 ///
-/// The other readings are not fitted again. Let Q be the basis of an axis's own columns, Q_d its
-/// rows at the d readings, and M = (1 - Q_d^T Q_d)^-1. If y_d are the residuals of the d readings
-/// in the fit of all readings, their errors from the prediction of the other readings are y_d + Q_d
-/// M Q_d^T y_d.
+/// The other readings are not fitted again. Let Q be an orthonormal basis of an axis's own columns,
+/// and Q_d its rows at the d readings that are left out. Let y_d be the residuals of these readings
+/// in the fit of all readings. With M = (1 - Q_d^T Q_d)^-1, the errors of the prediction are y_d +
+/// Q_d M Q_d^T y_d.
 ///
 /// @par Source
 /// Cook & Weisberg, Residuals and Influence in Regression (1982), sec. 3.6.
@@ -34,8 +34,8 @@ class DeletionFit {
   /// @param run  the readings with their solution; run.set() must outlive this object.
   DeletionFit(const SolvedReadings& run, const TableField& field);
 
-  /// The p-value of contrasts of some readings against their prediction from the other readings:
-  /// F(q, nu_k) for each axis, combined over the axes by Fisher's method.
+  /// Computes the p-value of contrasts of some readings, compared with the prediction from the
+  /// other readings. Each axis is tested with F(q, nu_k); Fisher's method combines the axes.
   ///
   /// @param readings   d positions in the set.
   /// @param contrasts  q x d: q contrasts of these readings, one in each row.
@@ -46,8 +46,8 @@ class DeletionFit {
                                               const Eigen::MatrixXd& contrasts,
                                               double loss = 1.0) const;
 
-  /// Like p_value(), for noise with the tails that the residuals of the other readings have
-  /// (NoiseTails). Fisher's method combines contrasts and axes.
+  /// Like p_value(), but the noise need not be normal: the tails of its distribution are taken from
+  /// the residuals of the other readings (NoiseTails). Fisher's method combines contrasts and axes.
   [[nodiscard]] std::optional<double> p_value_by_tails(const std::vector<std::size_t>& readings,
                                                        const Eigen::MatrixXd& contrasts,
                                                        double loss = 1.0) const;
@@ -61,7 +61,8 @@ class DeletionFit {
   };
 
   /// @param readings  positions in the set; all of them are left out.
-  /// @return one prediction for each; `nullopt` if the other readings do not determine them.
+  /// @return one prediction for each of these readings; `nullopt` if the other readings do not
+  ///         determine all predictions.
   [[nodiscard]] std::optional<std::vector<Prediction>> predictions(
       const std::vector<std::size_t>& readings) const;
 

@@ -19,7 +19,7 @@ using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double le
 ///         table. `set` must outlive it.
 [[nodiscard]] RowsForPoint rows_of_points(const ReadingSet& set, const TableField& field);
 
-/// A short list of points to add, so that the design determines all its columns.
+/// Returns a short list of points to add, so that the design determines all its columns.
 ///
 /// @param levels_help  whether points at levels -1 and 0 may be tried too.
 /// @return e.g. "rest +Z, fence +X; rest -Z, fence +X"; "" if no points help.

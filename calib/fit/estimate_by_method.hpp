@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// The estimate of a method. If the set has temperature terms, they are fitted too.
+/// Computes the estimate of a method. If the set has temperature terms, they are fitted too.
 /// @param method  a method that has a method_fit().
 [[nodiscard]] Estimate estimate_by(Method method, const ReadingSet& set, bool by_field);
 

@@ -45,7 +45,7 @@ struct BlockEstimate {
   SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  ///< m x 3, or 0 x 3
   /// degrees of freedom of each mean square of the sensitivities
   double sensitivity_degrees_of_freedom = 0.0;
-  int sessions = 0;  ///< number of sessions that were fitted separately; 0: all readings at once
+  int sessions = 0;  ///< number of sessions that were fitted separately; 0: all readings together
   int earlier = 0;   ///< number of earlier calibrations whose block scatter is included
 };
 
@@ -78,8 +78,9 @@ struct Estimate {
   std::shared_ptr<const Solution> solution;
 };
 
-/// Method paired: fits averages of opposite positions, with the field turned by the measured tilt
-/// of the table (method.md, section 4).
+/// Method paired: fits the averages of opposite positions, which have the same rest face and
+/// opposite fence faces. The field is turned by the measured tilt of the table (method.md, section
+/// 4).
 /// @param nominal_in_table  nominal field; only its length F and the sign of its z are used.
 [[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
                                        const Eigen::Vector3d& nominal_in_table);
@@ -100,11 +101,11 @@ struct PairedDesign {
 /// @param field  the field in the table's frame; without vectors if each reading states its field.
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set, const TableField& field);
 
-/// The set with its readings corrected to the reference temperature, and without the fitted effects
-/// of the run.
+/// Returns the set with readings that are corrected to the reference temperature. The fitted
+/// effects of the run are subtracted from them.
 [[nodiscard]] ReadingSet at_reference(ReadingSet set, const Estimate& estimate);
 
-/// The set, with weight 0 for the readings that method paired left out.
+/// Returns the set with weight 0 for the readings in Estimate::unpaired.
 [[nodiscard]] ReadingSet exclude_unpaired_readings(ReadingSet set, const Estimate& estimate);
 
 /// Stores the regression coefficients of an axis in the estimate.

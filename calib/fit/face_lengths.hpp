@@ -12,9 +12,10 @@ namespace axiscal {
 /// F. The length of the field does not depend on the lean: |S^-1 (v - b)| = F with a diagonal S. A
 /// fit of the lengths therefore has relative errors of only t^2 / 2 in b and S. Six faces determine
 /// only bias and scale. Cross-axis terms are 0 in the result; their standard error is the size of
-/// the transverse components of the readings. With fewer than three axes the length is unknown. The
-/// bias is then half the sum, and the scale half the difference over F, of the readings on the
-/// axis's two faces.
+/// the transverse components of the readings.
+///
+/// With fewer than three axes the length is unknown. Bias and scale are then (v1 + v2) / 2 and (v1
+/// - v2) / (2 F), where v1 and v2 are the readings on the axis's positive and negative face.
 ///
 /// The scatter of a reading is computed from the lengths if three axes have nine readings or more.
 /// Otherwise it is the residual standard deviation of the fit by the stated faces, which includes

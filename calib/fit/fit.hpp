@@ -14,13 +14,13 @@
 
 namespace axiscal {
 
-/// A model that is linearised about a solution: r = J x + e with the residuals r of all axes, each
-/// axis in units of its sigma.
+/// A model that is linearised about a solution: r = J x + e. The residuals r of each axis are
+/// divided by the axis's sigma.
 ///
-/// There are m rows for each reading. The columns are first those of each axis (coefficients and
-/// effects of the run), then the shared ones (Model). J is stored axis by axis, because the rows of
-/// an axis are 0 in the own columns of all other axes. The hat matrix is Q Q^T + P P^T with the
-/// bases Q of basis_of_axis() and P of shared_basis_of_axis().
+/// There are m rows for each reading. The first columns are the own columns of each axis: its
+/// coefficients and the effects of the run. The shared columns follow (see Model). J is stored axis
+/// by axis, because the own columns of an axis are 0 in the rows of all other axes. The hat matrix
+/// is Q Q^T + P P^T with the bases Q of basis_of_axis() and P of shared_basis_of_axis().
 ///
 /// The causes of scatter (method.md, section 4), the tests of single readings (section 5) and the
 /// shared errors are all computed from this.
@@ -32,10 +32,10 @@ class Fit {
   /// @param sigma     m standard deviations of a reading of weight 1.
   Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen::VectorXd sigma);
 
-  /// The fit about the best coefficients for a field.
+  /// Linearises the model about the best coefficients for a field.
   Fit(const SolvedReadings& run, const TableField& field, Eigen::VectorXd sigma);
 
-  /// The fit about an estimate. Sigma is the estimate's residual_sd, but at least
+  /// Linearises the model about an estimate. Sigma is the estimate's residual_sd, but at least
   /// ReadingSet::rounding() of the axis.
   Fit(const SolvedReadings& run, const Estimate& estimate);
 
@@ -70,7 +70,7 @@ class Fit {
   /// @return sigma of an axis.
   [[nodiscard]] double sigma(Eigen::Index axis) const { return sigma_(axis); }
 
-  /// @return r, n m entries, orthogonal to J.
+  /// @return the residuals r, n m entries; they are orthogonal to the columns of J.
   [[nodiscard]] const Eigen::VectorXd& residuals() const { return r_; }
 
   [[nodiscard]] double residual(Eigen::Index reading, Eigen::Index axis) const {
@@ -107,7 +107,7 @@ class Fit {
   /// @return true if J has full rank and there are more rows than columns.
   [[nodiscard]] bool is_determined() const { return has_full_rank_ && degrees_of_freedom() > 0.0; }
 
-  /// @return the number of residuals with weight minus the number of columns.
+  /// @return the number of residuals with weight above 0, minus the number of columns.
   [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(x_.size()); }
 
   // The functions from here to root_of_axis() need full rank.

@@ -11,13 +11,15 @@
 namespace axiscal {
 
 /// Repeats the fit if readings share errors: the errors of uncertain inputs, and the random
-/// rotation of the cube each time it is laid down. The readings determine the size of this
-/// rotation, because it changes only the field's components perpendicular to the field. The method
-/// is generalised least squares with the covariance V = diag(sigma_k^2 / w) + tau^2 K K^T + H C H^T
-/// of the readings: w are the weights, K and H the derivatives of the readings with respect to the
-/// rotations and to the inputs, and C is the covariance of the inputs. Restricted likelihood gives
-/// the noise sigma_k of each axis and the standard deviation tau of the rotations (method.md,
-/// section 4).
+/// rotation of the cube each time it is laid down. The readings show the size of this rotation,
+/// because it changes the field only perpendicular to its direction, whereas noise has no such
+/// direction.
+///
+/// The method is generalised least squares. The readings have the covariance V = diag(sigma_k^2 /
+/// w) + tau^2 K K^T + H C H^T. Here w is the weight of a reading, K and H are the derivatives of
+/// the readings with respect to the rotations and to the inputs, and C is the covariance of the
+/// inputs. The noise sigma_k of each axis and the standard deviation tau of the rotations are
+/// estimated by restricted likelihood (method.md, section 4).
 ///
 /// All readings are used. The field's direction is fitted unless the method takes it as known.
 /// Consecutive readings at one design point belong to one laying. The call replaces coefficients,
@@ -35,8 +37,8 @@ namespace axiscal {
                                                                  Method method,
                                                                  Estimate& estimate);
 
-/// The readings minus the most likely effect of the errors of uncertain inputs. Tests of single
-/// readings use them, because these tests ignore shared errors.
+/// Returns the readings minus the most likely effect of the errors of uncertain inputs. Tests of
+/// single readings use the result, because these tests ignore shared errors.
 ///
 /// @param set  the readings that were fitted.
 /// @param of   the readings from which the effect is subtracted: `set`, or other readings with the
@@ -51,8 +53,9 @@ namespace axiscal {
                                                               const Estimate& estimate,
                                                               const ReadingSet& of);
 
-/// An F test of nested models: the fit with its shared errors, without and with columns f_k^2 of
-/// the squared field along each axis.
+/// Tests for curvature of the axes' responses by an F test of nested models. It compares the fit
+/// without and with columns f_k^2, the squared field along axis k; both fits include the shared
+/// errors.
 ///
 /// @param run       the readings that were fitted.
 /// @param estimate  the estimate after weigh_shared_errors().

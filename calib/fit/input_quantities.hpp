@@ -13,8 +13,9 @@
 
 namespace axiscal {
 
-/// The derivative of a reading's field in the positioner's frame with respect to the face normals;
-/// 3 x 18, faces in the order of Face. Only the columns of the rest and fence faces are nonzero.
+/// Computes the derivative of a reading's field in the positioner's frame with respect to the face
+/// normals; 3 x 18, faces in the order of Face. Only the columns of the rest and fence faces are
+/// nonzero.
 ///
 /// The normals of the rest and fence faces are n_r and n_f. With z = -n_r, y = n_f minus its
 /// component along z, x = y cross z (method.md, section 2):
@@ -34,14 +35,14 @@ struct InputQuantity {
   double u = 0.0;    ///< standard uncertainty of the input; NaN if it is not a single number
   std::string unit;  ///< the unit of u
   std::string distribution = "normal";
-  Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
+  Eigen::Index parts = 0;  ///< number q of independent errors with standard deviation 1
   /// Derivative of the field in the sensor's frame with respect to the q errors, 3 x q. The
   /// arguments are the indices of the reading and of the axis, and the field.
   std::function<Eigen::Matrix3Xd(Eigen::Index, Eigen::Index, const TableField&)> change;
 };
 
-/// The uncertain inputs: the cube's face normals with their covariance and, if the field is given,
-/// the table's slope and the field's direction with their stated uncertainties.
+/// Returns the uncertain inputs: the cube's face normals with their covariance and, if the field is
+/// given, the table's slope and the field's direction with their stated uncertainties.
 ///
 /// @param set    must outlive the result.
 /// @param field  the fitted or given field; if it has no vectors, the result is empty.
@@ -50,8 +51,8 @@ struct InputQuantity {
                                                           bool known_field,
                                                           const TableField& field);
 
-/// The uncertain orientation of the instrument in the cube: a rotation about each axis of the
-/// instrument, with the standard uncertainty u_rad.
+/// Returns the uncertain orientation of the instrument in the cube as an input: independent
+/// rotations about the three axes of the instrument, each with the standard uncertainty u_rad.
 /// @param set  must outlive the result.
 [[nodiscard]] InputQuantity mount_quantity(double u_rad, const ReadingSet& set);
 

@@ -10,9 +10,11 @@ namespace axiscal {
 /// do not show these errors. The means of the poses scatter about the model with the covariance V =
 /// s^2 / n + H C H^T. Here s is the standard deviation of the repeats with nu_e degrees of freedom,
 /// n is the number of readings in a pose, C is the covariance of the inputs, and H is the
-/// derivative of the means with respect to the inputs. T = y^T P y / nu_l is compared with F(nu_l,
-/// nu_e / a^2): y are the means whitened by V, P projects them onto the nu_l directions orthogonal
-/// to the design, and a is the mean share of s^2 / n in V.
+/// derivative of the means with respect to the inputs.
+///
+/// The statistic is T = y^T P y / nu_l. Here y are the means whitened by V, and P projects onto the
+/// nu_l directions orthogonal to the design. T is compared with F(nu_l, nu_e / a^2), where a is the
+/// mean share of s^2 / n in V.
 ///
 /// If the field's direction is fitted, each axis fits it separately here.
 ///

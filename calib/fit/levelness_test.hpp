@@ -6,11 +6,13 @@
 
 namespace axiscal {
 
-/// Tests for each rest face whether the slope of the table that its readings show agrees with all
-/// other readings (method.md, section 5). It compares the differences of the face's opposite
-/// positions with their prediction, each axis with its own scatter. The result is stored in the
-/// estimate's levelness: the p-value, and the face that disagrees. An estimate without levelness is
-/// not changed.
+/// Tests for each rest face whether its readings show the same slope of the table as all other
+/// readings (method.md, section 5). The test compares the differences between opposite positions of
+/// the face (opposite fence faces) with the prediction from the other readings. Each axis has its
+/// own scatter.
+///
+/// The p-value and the face that disagrees are stored in estimate.levelness. If the estimate has no
+/// levelness, it is not changed.
 ///
 /// @param run  the readings that were fitted.
 void test_levelness(const SolvedReadings& run, Estimate& estimate);

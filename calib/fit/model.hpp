@@ -27,7 +27,7 @@ using AddedColumns =
 /// The values of the unknowns in which the model is not linear.
 struct Place {
   TableField field;                            ///< the field in the table's frame
-  Eigen::MatrixXd scale = {};                  ///< m x order: c of the temperature terms
+  Eigen::MatrixXd scale = {};                  ///< m x order: c of TemperatureTerms::scale
   SensitivityMatrix along = {};                ///< m x 3: the sensitivity S that c multiplies
   std::map<int, Eigen::Matrix3d> mounts = {};  ///< turn of the instrument in each mount
   Eigen::VectorXd added = {};                  ///< q: coefficients of the added columns
@@ -40,7 +40,7 @@ struct AxisSolution {
   [[nodiscard]] const Eigen::MatrixXd& X() const { return *columns; }
   [[nodiscard]] const Eigen::VectorXd& root_weights() const { return design->root_weights(); }
 
-  /// Finds `sums` and `shared_squares`.
+  /// Computes `sums` and `shared_squares` from the other members.
   void find_sums();
 
   // Axes with the same columns and weights share these two.
@@ -95,11 +95,11 @@ struct AxisNoise {
 
 /// The model of a run (method.md, section 4): the readings, and the unknowns that are fitted.
 ///
-/// A reading of axis k is v = x_k b_k + e, where the row x_k holds 1, the field in the sensor, the
-/// temperature terms and the effects of the run. The field in the sensor depends on the directions
-/// of the field in the table and on the turns of the mounts. All axes share these. For any Place
-/// the axes' own coefficients follow by linear regression (variable projection), so that
-/// gauss_newton() searches the shared unknowns only.
+/// A reading of axis k is v = x_k b_k + e, where the row x_k contains 1, the field in the sensor's
+/// frame, the temperature terms and the effects of the run. The field in the sensor's frame depends
+/// on the directions of the field in the table and on the turns of the mounts. These unknowns are
+/// shared by all axes. For any Place the axes' own coefficients b_k follow by linear regression
+/// (variable projection), so gauss_newton() searches only the shared unknowns.
 ///
 /// @par Source
 /// Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432; Kaufman, BIT 15 (1975) 49-57.
@@ -126,8 +126,8 @@ class Model {
 
   [[nodiscard]] const ReadingSet& readings() const { return readings_; }
 
-  /// @return a starting place. Its temperature scales are 0, and its `along` is S of a fit without
-  ///         temperature terms.
+  /// @return a starting place. The coefficients in its `scale` are 0, and its `along` is the
+  ///         sensitivity from a fit without temperature terms.
   /// @throws RankDeficientError  as at().
   [[nodiscard]] Place start(TableField field) const;
 

@@ -15,7 +15,7 @@ namespace axiscal {
 /// j. The rotation vectors d_j sum to 0.
 struct MountTurns {
   std::map<int, Eigen::Matrix3d> turns;  ///< rotation for each mount number
-  double expected = 0.0;  ///< expected mean square of a component of d_j from the readings' noise
+  double expected = 0.0;  ///< mean square of a component of d_j if only noise causes the turns
 };
 
 /// Fits the turns together with all other unknowns.

@@ -19,8 +19,9 @@ namespace axiscal {
 /// n x m: which readings an axis uses.
 using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// The temperature terms of the axes during the fit (method.md, section 6). The product of scale
-/// and field is linearised in both factors: the columns are d^j (S f) and scale(t) f.
+/// The temperature terms of the axes during the fit (method.md, section 6). The temperature scale
+/// is 1 + c_1 d + c_2 d^2 + ...; it multiplies S f. This product is linearised in both factors: the
+/// columns are d^j (S f) and scale f, with the values of c and S from the previous step.
 struct TemperatureTerms {
   int order = 0;
   Eigen::MatrixXd d;        // n x m: t - reference, from the temperature sensor of each axis
@@ -29,11 +30,11 @@ struct TemperatureTerms {
   SensitivityMatrix along;  // m x 3: the present S, which c multiplies
 };
 
-/// The readings that a fit uses, in the instrument's terms: n readings, m axes.
+/// The input of a fit: n readings of m axes, with the properties of the model.
 struct ReadingSet {
   std::vector<Reading> readings;         // n
   Eigen::MatrixXd response;              // n x m
-  Eigen::MatrixXd weights;               // n x m, of mean 1 per axis
+  Eigen::MatrixXd weights;               // n x m; the mean is 1 for each axis
   Rotations rotation_sensor_from_table;  // n; empty if the readings state their fields
   std::function<Eigen::Matrix3d(const DesignPoint&)>
       orientation;  // rotation_sensor_from_table of any design point
@@ -65,8 +66,8 @@ struct ReadingSet {
     return temperature.soak.empty() ? 0 : temperature.soak[reading];
   }
 
-  // The number of columns of an axis's regression: first the coefficients' [1, f, second fields, d,
-  // .., d S f, ..], then the run's effects.
+  // Returns the number of columns of an axis's regression: the columns of the coefficients [1, f,
+  // second fields, d, .., d S f, ..], then those of the run's effects.
   [[nodiscard]] Eigen::Index column_count() const {
     return coefficient_count() + effects.columns.cols();
   }
@@ -94,9 +95,10 @@ struct ReadingSet {
   //         weights.
   [[nodiscard]] Eigen::Index end_of_alike(Eigen::Index first, const Eigen::MatrixXd& of_axes) const;
 
-  // The columns of an axis whose coefficients its readings determine, and the matrix that maps
-  // these coefficients to all coefficients. A transfer has one sensitivity column for each
-  // direction of its fields; otherwise these are all columns.
+  // observable_columns() returns the columns of an axis whose coefficients its readings determine.
+  // observable_column_map() returns the matrix that converts these coefficients to all
+  // coefficients. A transfer has one sensitivity column for each direction in which its fields
+  // differ; otherwise these are all columns.
   [[nodiscard]] Eigen::MatrixXd observable_columns(const Eigen::MatrixXd& design,
                                                    Eigen::Index axis) const;
   [[nodiscard]] Eigen::MatrixXd observable_column_map() const;
@@ -131,7 +133,8 @@ struct ReadingSet {
                                               Eigen::Index reading,
                                               const TableField& field_at) const;
 
-  // The row [1, f, second fields] of a reading with the given rotation and field in the table.
+  // Returns the row [1, f, second fields] of a reading with the given rotation and field in the
+  // table.
   [[nodiscard]] Eigen::RowVectorXd design_row(const Eigen::Matrix3d& rotation,
                                               const Eigen::Vector3d& field_in_table) const;
 
@@ -150,8 +153,9 @@ struct ReadingSet {
   // The readings of axis k with weight above 0.
   [[nodiscard]] std::vector<double> readings_of_axis(Eigen::Index k) const;
 
-  /// The rounding error of double precision for axis k [unit], computed from the largest absolute
-  /// reading that the axis uses. Smaller residuals contain no information.
+  /// Returns the rounding error of double precision for axis k [unit]. It is computed from the
+  /// largest absolute reading that the axis uses. Residuals smaller than this contain no
+  /// information.
   [[nodiscard]] double rounding(Eigen::Index k) const;
 
   /// The largest rounding(k) of all axes.

@@ -29,14 +29,14 @@ struct ModelChoice {
 
 /// The variance of a reading in units of the mean variance (method.md, section 4.1).
 /// @param floor       the fraction that more samples do not reduce.
-/// @param by_samples  1 / samples, in units of its mean.
+/// @param by_samples  1 / (number of samples), divided by its mean over the readings.
 template <typename Value>
 [[nodiscard]] Value variance_of_samples(double floor, const Value& by_samples) {
   return floor + (1.0 - floor) * by_samples;
 }
 
-/// The observations of an experiment in the terms of the estimators: the used readings, their
-/// weights, and the orientation of the instrument in each.
+/// Converts the observations of an experiment to the input of the estimators: selects the readings,
+/// and computes their weights and the orientation of the instrument at each reading.
 class ReadingSource {
  public:
   /// @param experiment, observations  must outlive the source and its copies.
@@ -58,14 +58,16 @@ class ReadingSource {
   /// @return the rows of the observations that are used, in their order.
   [[nodiscard]] const std::vector<std::size_t>& rows() const { return selection_->rows; }
 
-  /// @return the readings in the model's terms. The weight is 0 if an axis does not see a reading.
+  /// @return the readings with the columns of the model. The weight is 0 if an axis does not use a
+  ///         reading.
   /// @param seen  n x m: which readings each axis uses, a row for each of rows(); empty: each axis
   ///              uses all readings within its range.
   [[nodiscard]] ReadingSet set(const std::vector<FieldDescription>& parts,
                                const AxisMask& seen) const;
 
-  /// @return the readings that are kept out of the fit to confirm it, in the terms of the set that
-  ///         was fitted. A block that is not in the fit gets the mean bias of the fitted blocks.
+  /// @return the readings that are kept out of the fit to confirm it, with the same model as the
+  ///         set that was fitted. A block that is not in the fit gets the mean bias of the fitted
+  ///         blocks.
   [[nodiscard]] ReadingSet kept_out(const ReadingSet& fitted) const;
 
   /// @return the span of each temperature sensor over the readings, see TemperatureResponse::spans.

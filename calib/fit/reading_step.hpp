@@ -9,11 +9,13 @@
 
 namespace axiscal {
 
-/// The rounding step of an axis's readings. It is the stated step if all readings differ by
-/// multiples of this step. Otherwise it is the largest multiple of the last digit that divides all
-/// differences of the readings. If this multiple is far below the noise, the result is instead the
-/// largest step that divides all differences to within the last digit, for example the step of
-/// counts multiplied by a factor. A step is accepted if its probability by chance is below 0.001.
+/// Finds the rounding step of an axis's readings. If all readings differ by multiples of the stated
+/// step, the result is the stated step. Otherwise it is the largest multiple of the last digit that
+/// divides all differences of the readings.
+///
+/// If this multiple is far below the noise, the result is instead the largest step that divides all
+/// differences to within the last digit, for example the step of counts multiplied by a factor. A
+/// step is accepted if its probability by chance is below 0.001.
 ///
 /// @param readings     the readings of one axis [unit].
 /// @param stated_step  [unit]; 0: not stated.
@@ -29,9 +31,9 @@ namespace axiscal {
     const Eigen::Ref<const Eigen::VectorXd>& readings,
     const Eigen::Ref<const Eigen::VectorXd>& weights);
 
-/// The rounding step of each reading. A meter that changes its range, or that shows a fixed number
-/// of digits, rounds large readings to a wider step than small ones. The wider step is sought among
-/// the largest readings of all axes.
+/// Finds the rounding step of each reading. A meter that changes its range, or that shows a fixed
+/// number of digits, rounds large readings to a wider step than small ones. The wider step is
+/// searched for among the largest readings of all axes.
 ///
 /// @param response  n x m [unit].
 /// @param weights   n x m; readings of weight 0 do not count.

@@ -15,7 +15,7 @@ namespace axiscal {
 struct BiasStep {
   int after_run = 0;  ///< run number of the last reading before the step
   int block = 0;
-  double mean = 0.0;  ///< fraction of the run's readings that lie behind the step
+  double mean = 0.0;  ///< fraction of the run's readings that have the shift
 };
 
 /// The effects of the course of a run on its readings: a free change of the bias from block to
@@ -37,7 +37,8 @@ struct RunEffects {
   /// blocks.
   std::vector<int> small_blocks;
 
-  /// @return whether blocks have columns; else their shifts are means of residuals.
+  /// @return true if the shifts of the blocks are fitted as columns; false if they are computed as
+  ///         means of residuals.
   [[nodiscard]] bool has_block_columns() const { return block_columns() > 0; }
 
   /// @return B - 1, minus 1 if a drift is fitted to three blocks or more.
@@ -74,8 +75,9 @@ struct RunEffects {
   [[nodiscard]] RunEffects of_means(const std::vector<std::vector<Eigen::Index>>& groups) const;
 };
 
-/// With more blocks, a column for each block would cost more than it gains. Differences between
-/// blocks then stay in the scatter of the readings, and the residuals show the shifts.
+/// The largest number of blocks that get columns. With more blocks, the columns would cost more
+/// than they gain; differences between blocks then remain in the scatter of the readings, and the
+/// shifts are computed from the residuals.
 inline constexpr std::size_t most_block_columns = 40;
 
 /// The effects that a fit includes.
@@ -107,15 +109,15 @@ void add_memory(const std::vector<Reading>& readings,
                 const Eigen::MatrixXd& response,
                 RunEffects& effects);
 
-/// The previous response minus the response of each reading, in the order of order_of_runs(); 0 for
-/// the first reading.
+/// Returns for each reading the previous response minus the response at this reading. The readings
+/// are in the order of order_of_runs(). The value is 0 for the first reading.
 /// @return n x m [unit].
 [[nodiscard]] Eigen::MatrixXd previous_minus_current(const std::vector<Reading>& readings,
                                                      const Eigen::MatrixXd& response);
 
-/// The effect columns of readings outside the run. The drift continues linearly. The level behind a
-/// step stays in its block. A block that is not in the run gets the mean of the run's blocks. The
-/// column of a memory is 0.
+/// Computes the effect columns of readings outside the run. The drift continues linearly. The shift
+/// after a step applies only to later readings in the block of the step. A block that is not in the
+/// run gets the mean of the run's blocks. The column of a memory is 0.
 /// @param run     the readings of the run.
 /// @return RunEffects::columns for `others`.
 [[nodiscard]] Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
@@ -125,8 +127,8 @@ void add_memory(const std::vector<Reading>& readings,
 /// @return positions of the readings in the order in which they were taken, by their run numbers.
 [[nodiscard]] std::vector<std::size_t> order_of_runs(const std::vector<Reading>& readings);
 
-/// The position of each reading in the run, from -1/2 to 1/2: by time if all readings have one,
-/// else by order; n.
+/// Returns the position of each of the n readings in the run, from -1/2 to 1/2. The positions
+/// follow from the times if all readings have times, otherwise from the order.
 [[nodiscard]] Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings);
 
 }  // namespace axiscal

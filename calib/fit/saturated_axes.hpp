@@ -22,9 +22,10 @@ struct SaturationSearch {
   bool one_sided = false;    ///< true: the lowest value is the dark reading, which may repeat
 };
 
-/// Axes that saturate: they read their largest or smallest value several times, although the fit of
-/// the other readings predicts values beyond it by more than step and noise allow. Rounded readings
-/// repeat an extreme value by chance; clipped ones lie short of the prediction.
+/// Finds axes that saturate. Such an axis reads its largest or smallest value several times,
+/// although the fit of the other readings predicts values beyond it by more than rounding step and
+/// noise allow. Rounded readings may also repeat an extreme value by chance, but only clipped
+/// readings are clearly short of the prediction.
 ///
 /// Let x be the extreme value of an axis, q its step, and m the number of readings within q / 2 of
 /// x. A fit of the n - m others gives their mean prediction p and the scatter s, with s^2 at least

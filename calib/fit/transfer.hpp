@@ -7,8 +7,8 @@
 
 namespace axiscal {
 
-/// The directions in which the fields of the readings differ, if there are fewer than three. The
-/// readings determine only the response along these directions.
+/// Returns the directions in which the fields of the readings differ, if there are fewer than
+/// three. The readings determine the response only along these directions.
 ///
 /// @param field   the field; it has no vectors if each reading states its field.
 /// @param design  the rows [1, f, ..] of the readings.
@@ -24,7 +24,7 @@ namespace axiscal {
 /// @return the mean length of the fields at the readings, without fields of length 0.
 [[nodiscard]] double mean_length_of_fields(const Eigen::MatrixXd& design);
 
-/// The transfer: the regression of each axis on the field along the directions `seen`. The
+/// Fits a transfer: the regression of each axis on the field along the directions `seen`. The
 /// sensitivities across these directions are unknown, and 0 in the estimate.
 /// @param seen  result of seen_directions(); at least one column.
 [[nodiscard]] Estimate estimate_transfer(const ReadingSet& set,

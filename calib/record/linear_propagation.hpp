@@ -34,7 +34,7 @@ class LinearPropagation {
 
   const Calibration& calibration_;
   Eigen::MatrixXd of_readings_;
-  std::vector<std::vector<Eigen::Index>> own_;  // indices of the parameters of each axis
+  std::vector<std::vector<Eigen::Index>> own_;  // for each axis, the indices of its parameters
 };
 
 }  // namespace axiscal

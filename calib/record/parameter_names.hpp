@@ -27,14 +27,15 @@ namespace axiscal {
     const std::vector<Eigen::Index>& columns,
     const std::vector<std::string>& also_kinds = {});
 
-/// If interval_dof is missing, sets it to each axis's degrees of freedom, and sets interval_95.
+/// Sets interval_dof to the degrees of freedom of each axis, and sets interval_95. Does nothing if
+/// interval_dof already has the right size.
 void fill_intervals(FitStatistics& statistics);
 
 /// Sets interval_95 from covariance and interval_dof.
 void put_intervals(FitStatistics& statistics);
 
-/// Adds a component of the scatter to the covariance. The intervals of the parameters whose
-/// variance increases are computed again by combine().
+/// Adds a component of the scatter to the covariance. If the variance of a parameter increases,
+/// combine() computes its interval again.
 void add_component(ScatterComponent component, FitStatistics& statistics);
 
 /// Sets parameter names, standard errors, coverage factors and intervals of a record from the

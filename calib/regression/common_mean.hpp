@@ -9,8 +9,8 @@ namespace axiscal {
 /// error with the value's stated uncertainty.
 struct CommonMean {
   double mean = 0.0;
-  double u = 0.0;  ///< standard uncertainty from the scatter of the values
-  /// standard uncertainty from the stated uncertainties only
+  double u = 0.0;  ///< standard uncertainty of the mean, from the scatter of the values
+  /// standard uncertainty of the mean, from the stated uncertainties only
   double u_within = 0.0;
   double between = 0.0;                     ///< tau: standard deviation of the random effect
   double between_degrees_of_freedom = 1.0;  ///< degrees of freedom of tau^2; at least 1

@@ -5,16 +5,18 @@
 
 namespace axiscal {
 
-/// The factor by which correlated noise of several responses reduces degrees of freedom.
+/// Estimates the factor by which the correlation between several responses reduces the degrees of
+/// freedom of a test.
 ///
-/// The tests of single readings add the squared residuals of all m responses. If R is the
-/// correlation matrix of the responses' noise, the sum has tr(R)^2 / tr(R^2) = m / d degrees of
-/// freedom instead of m, with d = tr(R^2) / m (Satterthwaite).
+/// The tests of single readings add the squared residuals of all m responses. If the noise of the
+/// responses is independent, this sum has m degrees of freedom. If it has the correlation matrix R,
+/// the sum has m / d degrees of freedom, where d = tr(R^2) / m (Satterthwaite).
 ///
 /// @param residuals           weighted residuals, n x m.
 /// @param degrees_of_freedom  nu, the degrees of freedom of one response's residuals.
-/// @return an estimate of d, from 1 to m: tr(R^2) / m from the residuals, minus (m - 1) / nu, its
-///         mean excess for independent noise.
+/// @return an estimate of d, limited to 1 .. m. It is tr(R^2) / m, with R from the residuals, minus
+///         (m - 1) / nu. For independent noise, (m - 1) / nu is the mean by which tr(R^2) / m
+///         exceeds 1.
 /// @par Source
 /// method.md, section 5; Satterthwaite, Biometrics Bulletin 2 (1946) 110-114.
 [[nodiscard]] double dof_reduction_factor(const Eigen::MatrixXd& residuals,

@@ -10,13 +10,13 @@
 
 namespace axiscal {
 
-// The matrix decompositions that calib uses. Other files do not include Eigen's decompositions, so
-// that ranks, condition numbers and inverses are computed in one way, and the templates compile
-// once.
+// The matrix decompositions that calib uses. Other files do not include Eigen's decompositions.
+// Thus ranks, condition numbers and inverses are computed in one way, and the templates compile
+// only once.
 
 /// A matrix J, n x p, factored by QR with column pivoting. Its columns are scaled to length 1.
 ///
-/// The solution is not refined, which is sufficient for the steps of an iteration.
+/// The solution is not refined. This is accurate enough for the steps of an iteration.
 /// LeastSquaresDesign refines its solutions.
 ///
 /// @par Source
@@ -30,8 +30,8 @@ namespace axiscal {
 /// @endcode
 class Factor {
  public:
-  /// @param open_below  pivots below this fraction of the largest pivot count as 0; default:
-  ///                    Eigen's limit for rounding errors.
+  /// @param open_below  a pivot counts as 0 if it is below `open_below` times the largest pivot;
+  ///                    default: Eigen's limit for rounding errors.
   explicit Factor(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
                   std::optional<double> open_below = {});
 
@@ -124,7 +124,8 @@ struct SymmetricEigen {
 };
 [[nodiscard]] SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& A);
 
-/// A = U diag(values) V^T, values descending, for A of n x p: U is n x min(n, p), V p x min(n, p).
+/// The singular value decomposition A = U diag(values) V^T of an n x p matrix A. The values are in
+/// descending order. U is n x min(n, p), and V is p x min(n, p).
 struct SingularValues {
   Eigen::MatrixXd U;
   Eigen::VectorXd values;
@@ -159,15 +160,16 @@ struct PseudoInverseWithRank {
 /// @return orthonormal columns that are orthogonal to those of A, which has full rank; n x (n - p).
 [[nodiscard]] Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& A);
 
-/// @return the columns of J that are nearly undetermined: those with a component above
-///         `share_above` in a right singular vector whose singular value is below `open_below`
-///         times the largest. The columns are scaled to length 1. J must have at least as many rows
-///         as columns.
+/// @return the columns of J that are nearly undetermined. The columns are first scaled to length 1.
+///         Singular values below `open_below` times the largest one count as small. A column is
+///         nearly undetermined if its component in a right singular vector of a small value is
+///         above `share_above`. J must have at least as many rows as columns.
 [[nodiscard]] std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
                                                            double open_below,
                                                            double share_above);
 
-/// @return the names of these columns. A name that consecutive columns share occurs only once.
+/// @return the names of these columns. If consecutive columns have the same name, it occurs only
+///         once.
 [[nodiscard]] std::vector<std::string> undetermined_column_names(
     const std::vector<Eigen::Index>& columns, const std::vector<std::string>& names);
 

@@ -19,11 +19,14 @@ struct FurtherColumns {
   double p_value = 1.0;
 };
 
+/// Adds columns to a linear fit, and tests by an F test whether their coefficients are 0.
+///
 /// @param design      J, the columns of the fit, n x p.
 /// @param residuals   residuals of the fit, n entries.
 /// @param columns     the further columns, n x q.
 /// @param alike       number of consecutive residuals that count as one independent residual.
-/// @param open_below  a column is dependent if its pivot is below this part of the largest pivot.
+/// @param open_below  a column counts as dependent if its pivot is below `open_below` times the
+///                    largest pivot.
 /// @return nullopt if the columns depend on the fit's columns, or if too few rows remain.
 [[nodiscard]] std::optional<FurtherColumns> fit_further_columns(const Eigen::MatrixXd& design,
                                                                 const Eigen::VectorXd& residuals,

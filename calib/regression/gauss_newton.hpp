@@ -11,8 +11,8 @@
 
 namespace axiscal {
 
-/// A least-squares problem linearised at one place: the residuals there, and their derivative with
-/// respect to the p unknowns.
+/// A least-squares problem, linearised at one point: the residuals at this point, and their
+/// derivative with respect to the p unknowns.
 struct Linearised {
   Eigen::VectorXd residuals;  ///< n residuals, each divided by the sd of its noise
   Eigen::MatrixXd jacobian;   ///< n x p
@@ -21,16 +21,16 @@ struct Linearised {
   double open_below = 0.0;
 };
 
-/// The step s that minimises |r + J s|^2 + damping |L s|^2; L is the diagonal matrix of the lengths
-/// of J's columns.
+/// Returns the step s that minimises |r + J s|^2 + damping |L s|^2. L is the diagonal matrix with
+/// the lengths of J's columns.
 ///
 /// @param by_qr  true: an accurate step. It is computed by QR unless J is well conditioned. If J
 ///               does not determine all unknowns, it is the step of smallest norm.
 ///               false: a fast step, computed from J^T J unless J^T J is nearly singular.
 [[nodiscard]] Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr);
 
-/// Like damped_step(), from the normal equations with columns scaled to length 1. It is fast, and
-/// accurate enough for steps far from the solution.
+/// Like damped_step(), but computed from the normal equations, with columns scaled to length 1.
+/// This is fast, and accurate enough for steps far from the solution.
 ///
 /// @return nullopt if a pivot is below `smallest_pivot`, which means that the normal equations are
 ///         close to singular.
@@ -38,27 +38,29 @@ struct Linearised {
                                                                       double damping,
                                                                       double smallest_pivot);
 
-/// The interface of a problem for gauss_newton(). `State` is the point of the search, on a manifold
-/// or not; `Linear` is derived from Linearised.
+/// The requirements on a problem for gauss_newton(). `State` is the point of the search; it need
+/// not be a vector. `Linear` is derived from Linearised.
 template <typename Problem>
 concept GaussNewtonProblem = requires(const Problem problem,
                                       const typename Problem::State at,
                                       typename Problem::Linear linear,
                                       const Eigen::VectorXd step) {
-  // Residuals and Jacobian at a place. A prior is one row for each of its standard deviations.
+  // Computes residuals and Jacobian at a point. A prior adds one row for each of its standard
+  // deviations.
   {problem.linearise(at, linear)};
-  // The retraction: the place after a step.
+  // Returns the point after a step.
   { problem.moved(at, step) } -> std::convertible_to<typename Problem::State>;
-  // Sum of squares at a place, with the weights of `linear`; NaN or infinite at places that cannot
-  // be solutions.
+  // Returns the sum of squares at a point, with the weights of `linear`; NaN or infinity at points
+  // that cannot be solutions.
   { problem.cost(at, linear) } -> std::convertible_to<double>;
-  // Length of a step from a place, in the problem's measure; 1 is a large step.
+  // Returns the length of a step from a point, in the problem's measure. A length of 1 is a large
+  // step.
   { problem.length(at, step, linear) } -> std::convertible_to<double>;
 };
 
 struct GaussNewtonOptions {
   int most_rounds = 200;
-  int most_attempts = 30;       ///< for one step; each has ten times the previous damping
+  int most_attempts = 30;       ///< attempts for one step, each with ten times more damping
   double settled = 1e-13;       ///< the search ends after a step shorter than this
   double first_damping = 0.0;   ///< damping of the first step, for a start near a singular point
   double qr_from_below = 1e-6;  ///< after a step shorter than this, steps use QR
@@ -73,9 +75,10 @@ struct GaussNewtonResult {
   bool converged = false;   ///< true if the next step is negligible, or if no step reduces the cost
 };
 
-/// The Gauss-Newton method. If a step makes the fit worse, it is repeated with damping
-/// (Levenberg-Marquardt, for columns scaled to length 1). Far from the solution, steps are computed
-/// from J^T J. The last steps, which determine the result, use QR if J^T J is inaccurate.
+/// Minimises the sum of squares by the Gauss-Newton method. If a step increases the sum, it is
+/// repeated with damping (Levenberg-Marquardt, for columns scaled to length 1). Far from the
+/// solution, steps are computed from J^T J. The last steps determine the accuracy of the result;
+/// they use QR if J^T J is inaccurate.
 ///
 /// @par Source
 /// Nocedal & Wright, Numerical Optimization, 2nd ed. (2006), sec. 10.3; Marquardt, J. SIAM 11
@@ -83,9 +86,9 @@ struct GaussNewtonResult {
 template <GaussNewtonProblem Problem>
 [[nodiscard]] GaussNewtonResult<typename Problem::State> gauss_newton(
     const Problem& problem, typename Problem::State start, const GaussNewtonOptions& options = {}) {
-  // After a rejected step, a shorter step is tried only if the predicted decrease of the cost,
-  // divided by the variance of a residual, is larger than this limit. A step with this decrease
-  // moves the solution by 1e-4 of its uncertainty.
+  // After a rejected step, a shorter step is tried only if (predicted decrease of the cost) /
+  // (variance of a residual) is above this limit. A step with this decrease moves the solution by
+  // 1e-4 of its uncertainty.
   constexpr double worth_another_try = 1e-8;
   constexpr double no_damping_below = 1e-9;
   constexpr double least_damping = 1e-6;
@@ -130,7 +133,8 @@ template <GaussNewtonProblem Problem>
       result.converged = std::isfinite(cost);
       break;
     }
-    // The next step is assumed to be shorter by the same factor.
+    // The next step is assumed to be shorter than this one by the same factor as this one is
+    // shorter than the previous one.
     result.left_to_go = last_length * std::min(1.0, last_length / length_before);
     result.converged =
         last_length < options.settled || (by_qr && result.left_to_go < options.settled);

@@ -6,8 +6,9 @@
 
 namespace axiscal {
 
-/// The distribution of a run's noise, estimated from its residuals: a mixture of Student's t with
-/// 3, 4, 6, 10 and 30 degrees of freedom and of normal noise, each weighted by its likelihood.
+/// The distribution of a run's noise, estimated from its residuals. It is a mixture of six
+/// distributions: Student's t with 3, 4, 6, 10 and 30 degrees of freedom, and the normal
+/// distribution. The weight of each distribution is proportional to its prior times its likelihood.
 /// Outliers are judged by this mixture.
 ///
 /// @par Source
@@ -29,7 +30,8 @@ class NoiseTails {
   /// @return the probability that the absolute value of one scaled residual is |t| or more.
   [[nodiscard]] double two_sided_p(double t) const;
 
-  /// @return this probability for Student's t with `freedom` degrees of freedom.
+  /// @return the probability that the absolute value of Student's t with `freedom` degrees of
+  ///         freedom is |t| or more.
   [[nodiscard]] static double two_sided_p_of(double freedom, double t);
 
  private:

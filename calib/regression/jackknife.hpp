@@ -7,34 +7,35 @@
 
 namespace axiscal {
 
-/// Number of contiguous parts into which the jackknife divides a recording. Its uncertainties have
-/// one degree of freedom less.
+/// Number of contiguous parts into which the jackknife divides a recording. The resulting
+/// uncertainties have jackknife_parts - 1 degrees of freedom.
 inline constexpr Eigen::Index jackknife_parts = 10;
 
-/// Changes of a least-squares solution if one contiguous tenth of the rows is left out, for each
-/// tenth, by one step of Gauss-Newton. The changes include the effect of correlations that are
-/// shorter than a tenth of the recording.
+/// Divides the rows into ten contiguous parts. For each part, computes the change of a
+/// least-squares solution if this part is left out, by one step of Gauss-Newton. The changes
+/// include the effect of correlations that are shorter than one part.
 ///
 /// @param at_solution  residuals and Jacobian at the solution, with rows in time order.
-/// @return the changes, p x 10; a column is NaN if the rows that remain do not determine the
-///         unknowns.
+/// @return the changes, p x 10: one column for each part. A column is NaN if the remaining rows do
+///         not determine the unknowns.
 /// @par Source
 /// Kuensch, Annals of Statistics 17 (1989) 1217-1241 (the jackknife for dependent observations).
 [[nodiscard]] Eigen::MatrixXd block_jackknife_changes(const Linearised& at_solution);
 
-/// The standard uncertainties from block_jackknife_changes(), with 9 degrees of freedom.
+/// Computes standard uncertainties from the changes of block_jackknife_changes(). They have 9
+/// degrees of freedom.
 /// @param changes  changes of q linear functions of the unknowns, q x 10.
 /// @return q standard uncertainties.
 [[nodiscard]] Eigen::VectorXd jackknife_uncertainty(const Eigen::MatrixXd& changes);
 
-/// @return the covariance rescaled to other standard uncertainties; its correlations, and rows of
+/// @return the covariance, rescaled to these standard uncertainties. The correlations, and rows of
 ///         variance 0, do not change.
 [[nodiscard]] Eigen::MatrixXd rescaled_covariance(const Eigen::MatrixXd& covariance,
                                                   const Eigen::VectorXd& uncertainties);
 
-/// The number of consecutive values that contain as much information as one independent value: 1 +
-/// 2 sum of the autocorrelations, from the variance of means of 2, 4, 8, ... values. The work is
-/// linear in n.
+/// Estimates how many consecutive values contain as much information as one independent value. This
+/// number is 1 + 2 sum of the autocorrelations. It is computed from the variances of means of 2, 4,
+/// 8, ... values. The work is linear in n.
 /// @param values  n values with mean 0.
 /// @return the number, at least 1 and at most n / 8; n / 8 if n is less than 8.
 /// @par Source

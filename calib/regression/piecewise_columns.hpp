@@ -9,9 +9,9 @@ namespace axiscal {
 
 /// Consecutive rows, and the columns with a nonzero value in at least one of these rows.
 struct ColumnPiece {
-  Eigen::Index first = 0;  ///< index of its first row
+  Eigen::Index first = 0;  ///< index of the piece's first row
   std::vector<Eigen::Index> columns;
-  Eigen::MatrixXd W;  ///< rows x columns.size()
+  Eigen::MatrixXd W;  ///< these rows and columns of the whole matrix
 };
 
 /// Columns that are replaced by the same number of columns with the same span.
@@ -20,10 +20,10 @@ struct ReplacedColumns {
   Eigen::MatrixXd to_given;  ///< maps coefficients of the new columns to those of the given columns
 };
 
-/// The columns W in a sparse basis, divided into pieces of consecutive rows. Columns that change
-/// only between blocks of rows are replaced by one column for each block, if the number of blocks
-/// equals the number of such columns. The work for a piece then depends only on the number of its
-/// columns, not on c.
+/// The columns of W in a sparse basis, divided into pieces of consecutive rows. Some columns change
+/// only between blocks of rows. If the number of these columns equals the number of blocks, they
+/// are replaced by one column for each block. Each piece contains only its nonzero columns, so the
+/// work for a piece does not depend on c.
 struct PiecewiseColumns {
   Eigen::Index count = 0;  ///< c, the number of columns of W
   std::vector<ColumnPiece> pieces;

@@ -28,11 +28,11 @@ inline constexpr double alike_above = 1.282;
 /// the two limits the correlation may be chance: the intervals include it, but no note reports it.
 inline constexpr double told_alike_above = 2.326;
 
-/// A score of the correlation between residuals of consecutive readings.
+/// Computes a score of the correlation between the residuals of consecutive readings.
 ///
-/// Each response's residuals e are scaled to variance 1. The score is the sum of e_i e_(i+1) over
-/// all readings and responses, minus its mean for white noise, divided by its standard deviation
-/// for white noise.
+/// Each response's residuals e are scaled to variance 1, and the products e_i e_(i+1) of all
+/// readings and responses are added. The score is this sum minus its mean for white noise, divided
+/// by its standard deviation for white noise.
 ///
 /// @return a number that is approximately standard normal for white noise; 0 without degrees of
 ///         freedom.
@@ -48,8 +48,8 @@ class LagOneScore {
   /// @param residuals  residuals of the responses, n x r.
   template <typename Basis, typename Residuals>
   void add(const Basis& Q, const Residuals& residuals) {
-    // Computes the traces of P A P and (P A P)^2 without n x n matrices. P is I - Q Q^T, and A x is
-    // half the sum of each row's neighbours.
+    // Computes the traces of P A P and (P A P)^2 without n x n matrices. P is I - Q Q^T. Row i of
+    // A x is half the sum of the rows i - 1 and i + 1 of x.
     const Eigen::Index n = Q.rows();
     const auto beside = [&](Eigen::Index i) {
       return 0.5 * ((i > 0 ? 1.0 : 0.0) * Q.row(std::max<Eigen::Index>(i - 1, 0)) +
@@ -82,8 +82,8 @@ class LagOneScore {
     }
   }
 
-  // The score of all added responses; 0 if each response is left out (residuals of 0, or at most
-  // two degrees of freedom).
+  // Returns the score of all added responses. Responses with residuals of 0, or with at most two
+  // degrees of freedom, do not contribute; the score is 0 if no response contributes.
   [[nodiscard]] double value() const {
     return counted_ > 0.0 ? (products_ - mean_) / std::sqrt(variance_) : 0.0;
   }
@@ -95,29 +95,31 @@ class LagOneScore {
   double counted_ = 0.0;
 };
 
-/// The first coefficient of each response's regression. The noise may be the sum of white noise and
-/// of noise that is correlated from reading to reading.
+/// Estimates of the first coefficient of each response's regression, if the noise is the sum of
+/// white noise and of noise that is correlated from reading to reading.
 struct CorrelatedMean {
   Eigen::VectorXd estimate;         ///< m
   Eigen::VectorXd u;                ///< m standard uncertainties
   double degrees_of_freedom = 0.0;  ///< n - p
-  /// correlation of the noise of consecutive readings, as weighted mean over the models
+  /// correlation of the noise of consecutive readings; weighted mean over the models
   double correlation = 0.0;
 };
 
-/// Estimates the first coefficients as means over models of the noise covariance V. The models are
-/// V = rho^|i - j| + lambda I and, if there are blocks, V = I + gamma within each block. A model's
-/// weight is its restricted likelihood times its prior. The prior gives the same weight to each rho
-/// and to all gammas together. A Kalman filter applies V^-1/2, so the work is linear in n.
+/// Estimates the first coefficients as weighted means over models of the noise covariance V. The
+/// models are V = rho^|i - j| + lambda I and, if there are blocks, V = I + gamma within each block.
+/// The weight of a model is its restricted likelihood times its prior. The priors of all models
+/// with the same rho sum to 1, and so do the priors of all models with gamma. A Kalman filter
+/// applies V^-1/2, so the work is linear in n.
 ///
 /// @par Source
 /// Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), sec. 3.4;
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
 [[nodiscard]] CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings);
 
-/// The lag_one_score() of one response whose noise is the component of a three-axis noise along a
-/// direction that changes from reading to reading. Each pair of consecutive readings is weighted by
-/// the scalar product of its two directions.
+/// Computes the lag_one_score() of one response if its noise comes from a three-axis noise. The
+/// response contains the component of this noise along a direction that changes from reading to
+/// reading. Each pair of consecutive readings is weighted by the scalar product of its two
+/// directions.
 /// @param design    n x p.
 /// @param response  n entries.
 /// @param along     h, the direction of each reading, n x 3.
@@ -133,10 +135,10 @@ struct CorrelatedFit {
   double correlation = 0.0;         ///< as in CorrelatedMean
 };
 
-/// Fits y_i = J_i b + h_i . x_i + white noise. x_i is a noise with three components, and each
-/// component has the correlation rho^|i - j|. The direction h_i changes from reading to reading.
-/// The models are those of estimate_correlated_mean() without blocks, with rho up to 0.995. The
-/// work is linear in n.
+/// Fits y_i = J_i b + h_i . x_i + white noise. x_i is a noise with three components; each component
+/// has the correlation rho^|i - j| between the readings i and j. The direction h_i changes from
+/// reading to reading. The models of the noise are those of estimate_correlated_mean() without
+/// blocks, with rho up to 0.995. The work is linear in n.
 ///
 /// @param design    J, n x p.
 /// @param response  y, n entries.
@@ -146,30 +148,31 @@ struct CorrelatedFit {
                                                       const Eigen::VectorXd& response,
                                                       const Eigen::MatrixX3d& along);
 
-/// The lag_one_score() of linear combinations z = B e of a larger fit's residuals e. The rows of B
-/// are orthonormal.
+/// Computes the lag_one_score() of z = B e, where e contains the residuals of a larger fit and the
+/// rows of B are orthonormal.
 /// @param hat_root     K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T; J is the Jacobian of the fit.
 /// @param hat_squares  K^T K.
 [[nodiscard]] double lag_one_score_along(const Eigen::VectorXd& z,
                                          const Eigen::MatrixXd& hat_root,
                                          const Eigen::MatrixXd& hat_squares);
 
-/// A linear fit whose residuals may have a common cause that varies slowly from reading to reading.
-/// At reading i, the cause changes the m residuals along one direction, in proportion to h_i.
+/// A linear fit with m residuals for each reading. The residuals may have a common cause that
+/// varies slowly from reading to reading. At reading i, the cause changes the m residuals along one
+/// direction, in proportion to h_i.
 struct CommonAr1Problem {
   Eigen::MatrixXd information;  ///< J^T J, q x q
   /// sum of squares of all residuals, which are orthogonal to J
   double squares = 0.0;
-  const Eigen::MatrixXd& along;       ///< n x q: the rows of J along the direction of the cause
-  const Eigen::VectorXd& deviations;  ///< n: the residuals along the direction of the cause
+  const Eigen::MatrixXd& along;       ///< n x q: component of J along the direction of the cause
+  const Eigen::VectorXd& deviations;  ///< n: component of the residuals along this direction
   Eigen::MatrixXd sizes;              ///< h, n x 1, with mean square 1
-  Eigen::VectorXd places;             ///< n, as in OrderedReadings
+  Eigen::VectorXd places;             ///< n numbers of the readings, see OrderedReadings
   double degrees_of_freedom = 0.0;    ///< number of residuals minus q
 };
 
 /// @return the change of the coefficients from the linear fit, and the covariance of the
-///         coefficients, as means over models of the covariance along the cause,
-///         V_ij = I_ij + lambda h_i h_j rho^|i - j|.
+///         coefficients. Both are means over models of the noise along the direction of the cause.
+///         Its covariance is V_ij = I_ij + lambda h_i h_j rho^|i - j|.
 [[nodiscard]] CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem);
 
 }  // namespace axiscal

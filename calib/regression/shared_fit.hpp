@@ -8,8 +8,10 @@
 
 namespace axiscal {
 
-/// Sums over the readings of one of several responses, which have D coefficients in common. P and y
-/// are the shared columns and the readings, after projection off the response's own columns.
+/// The sums over the readings of one response that fit_shared() needs. Several responses have D
+/// coefficients in common, and each response also has its own coefficients. P contains the shared
+/// columns, and y the readings. Both are projected onto the orthogonal complement of the response's
+/// own columns.
 struct ResponseSums {
   Eigen::MatrixXd information;      ///< P^T P, D x D
   Eigen::VectorXd gradient;         ///< P^T y, D
@@ -20,8 +22,8 @@ struct ResponseSums {
 /// The shared coefficients, if each response has its own variance.
 struct SharedFit {
   Eigen::VectorXd variance;  ///< m variances of the responses
-  Eigen::VectorXd
-      degrees_of_freedom;      ///< m: nu = N minus the response's share in the shared coefficients
+  /// m entries: nu = N minus the part of the D coefficients that this response determines.
+  Eigen::VectorXd degrees_of_freedom;
   Eigen::VectorXd estimate;    ///< D shared coefficients
   Eigen::MatrixXd covariance;  ///< D x D
 };

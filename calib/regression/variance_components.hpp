@@ -8,52 +8,59 @@
 
 namespace axiscal {
 
-/// Readings y = W b + e of n units with m rows each, one unit below the other. The rows of a unit
-/// have the covariance V_i = sum_q theta_q Q_qi, and the rows of different units are independent,
-/// except for the errors in b.
+/// The model y = W b + e for the readings of n units. Each unit has m rows, and the rows of all
+/// units are stacked. Within unit i, e has the covariance V_i = sum_q theta_q Q_qi, where q runs
+/// over the components. The errors e of different units are independent. Errors that several units
+/// share are coefficients in b (see `prior`).
 struct VarianceProblem {
   Eigen::Index rows = 0;   ///< m
-  Eigen::MatrixXd W;       ///< n m x c; a row that is left out is 0 in W, y and roots
+  Eigen::MatrixXd W;       ///< n m x c; a row that is left out is 0 in W, y and `roots`
   Eigen::VectorXd y;       ///< n m
   Eigen::Index prior = 0;  ///< number of last columns whose coefficients are errors of variance 1
-  /// For each component q, a matrix with n m rows: K_q1, K_q2, ... stacked; Q_qi = K_qi K_qi^T.
+  /// For each component q, a matrix with n m rows. It contains K_qi of all units i, one below the
+  /// other, where Q_qi = K_qi K_qi^T.
   std::vector<Eigen::MatrixXd> roots;
-  /// For each component q, a further sum of squares whose expected value is theta_q times its
-  /// degrees of freedom; both vectors are empty if there are no such sums.
+  /// For each component q, a further sum of squares and its degrees of freedom. The expected value
+  /// of the sum is theta_q times the degrees of freedom. Both vectors are empty if there are no
+  /// such sums.
   Eigen::VectorXd pure_squares;
   Eigen::VectorXd pure_degrees_of_freedom;
-  Eigen::VectorXd smallest;  ///< q lower limits of the components
+  Eigen::VectorXd smallest;  ///< lower limit of each theta_q; empty: 0
 };
 
 /// The estimate by restricted likelihood.
 struct VarianceFit {
-  Eigen::VectorXd theta;             ///< q variances
-  Eigen::MatrixXd theta_covariance;  ///< q x q; 0 for components at their limit
-  Eigen::MatrixXd information;       ///< A, q x q; the covariance of free components is 2 A^-1
+  Eigen::VectorXd theta;             ///< the variance theta_q of each component
+  Eigen::MatrixXd theta_covariance;  ///< covariance of theta; 0 for components at their limit
+  Eigen::MatrixXd information;       ///< A; 2 A^-1: covariance of components above their limit
   Eigen::VectorXd estimate;          ///< b, c entries
   Eigen::MatrixXd covariance;        ///< (W^T V^-1 W + prior)^-1, c x c
-  /// For each component q, the contribution of theta_q = 1 to the covariance of b, c x c.
+  /// For each component q, the covariance of b (c x c) that a variance theta_q = 1 would
+  /// contribute.
   std::vector<Eigen::MatrixXd> unit_shares;
 
-  /// The part of b's covariance from the components, without the part from the prior.
+  /// Returns the part of b's covariance from the components, without the part from the prior.
   [[nodiscard]] Eigen::MatrixXd scatter() const;
 
-  /// Satterthwaite's degrees of freedom of the variance of an entry of b in scatter(), at least 1.
+  /// Returns Satterthwaite's degrees of freedom of the variance of one entry of b, where this
+  /// variance is a diagonal entry of scatter(); at least 1.
   [[nodiscard]] double degrees_of_freedom(Eigen::Index entry) const;
 
-  /// Satterthwaite's degrees of freedom of the variance h^T theta of a quantity, at least 1.
-  /// @param h  contribution of theta_q = 1 to this variance, for each component q.
+  /// Returns Satterthwaite's degrees of freedom of a variance that is the linear combination
+  /// h^T theta; at least 1.
+  /// @param h  for each component q, the factor of theta_q in this variance.
   [[nodiscard]] double degrees_of_freedom_of(const Eigen::VectorXd& h) const;
 
   /// @return the degrees of freedom of a component: 2 theta_q^2 divided by the variance of theta_q.
   [[nodiscard]] double component_degrees_of_freedom(Eigen::Index component) const;
 };
 
-/// Variance components by restricted maximum likelihood (REML), iterated by Fisher's scoring as
-/// A theta = g, A_qr = tr(P Q_q P Q_r), g_q = y^T P Q_q P y; the work is linear in n.
+/// Estimates the variance components theta by restricted maximum likelihood (REML). Each round of
+/// Fisher's scoring solves A theta = g with A_qr = tr(P Q_q P Q_r) and g_q = y^T P Q_q P y. Here
+/// P = V^-1 - V^-1 W C W^T V^-1, and C is the covariance of b. The work is linear in n.
 ///
-/// @param start  q variances, positive.
-/// @param still  the iteration ends if no variance changes by more than this part of itself.
+/// @param start  positive variances, one for each component.
+/// @param still  the iteration ends if the relative change of each variance is at most this number.
 /// @return nullopt if the readings do not determine b, or if the iteration does not converge.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 11.1; Satterthwaite,
@@ -62,10 +69,10 @@ struct VarianceFit {
                                                                  const Eigen::VectorXd& start,
                                                                  double still = 1e-9);
 
-/// The score test of a component: the number of standard errors by which the component exceeds 0,
-/// from one step of scoring that starts at 0. A component with a low score need not be fitted.
+/// Computes the score test of a component: one step of scoring from `theta`, where the component is
+/// 0, divided by the standard error of the step. A component with a low score need not be fitted.
 ///
-/// @param theta  q variances; theta(component) is 0.
+/// @param theta  the variance of each component; theta(component) is 0.
 /// @return nullopt if the readings do not determine b or the components.
 [[nodiscard]] std::optional<double> component_score(const VarianceProblem& problem,
                                                     const Eigen::VectorXd& theta,
@@ -82,7 +89,7 @@ struct VarianceFit {
 /// The result of generalised least squares with known variances.
 struct WeightedFit {
   Eigen::VectorXd estimate;  ///< b, c entries
-  double squares = 0.0;      ///< y^T P y; expected value: rows minus columns without a prior
+  double squares = 0.0;      ///< y^T V^-1 (y - W b); expected: rows minus columns without prior
 };
 
 /// @return nullopt if the readings do not determine b.

@@ -17,8 +17,8 @@ using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 // Computes the words of std::seed_seq with three numbers, for engines with a large state. Seeding
 // takes longer than drawing from most streams. Therefore the standard's algorithm
 // ([rand.util.seedseq]) runs here in stretches in which no index wraps around, so that it needs no
-// remainders. Because each word depends on the previous word, several sequences at once take little
-// longer than one.
+// remainders. Because each word depends on the previous word, computing several sequences together
+// takes little longer than computing one.
 template <std::size_t count>
 class SeedSequences {
  public:

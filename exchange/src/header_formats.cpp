@@ -197,8 +197,9 @@ std::string integer(double value) {
   return std::to_string(static_cast<std::int64_t>(value));
 }
 
-// Writes a header with integers. Readings and field have the stated numbers of fractional bits. The
-// inverse has as many fractional bits as fit into 31 bits with the sign.
+// Writes a header that computes with integers. The options state the numbers of fractional bits of
+// readings and field. The inverse gets the largest number of fractional bits for which all of its
+// entries fit into 31 bits, including the sign.
 Exported fixed_header(const Calibration& calibration,
                       const ExportOptions& options,
                       const Dialect& dialect,

@@ -36,8 +36,8 @@ void convert(FieldDescription& part, const std::string& unit) {
   part.unit = unit;
 }
 
-// In a sum, all numbers without a unit have the same unit: that of the first part whose magnitude
-// determines a unit.
+// Returns the unit of all numbers in a sum that are stated without a unit. It is the unit of the
+// first part whose magnitude determines a unit; empty if there is no such part.
 std::string unit_told_by_magnitude(const FieldSetup& setup,
                                    const TablePlace& place,
                                    const FieldOccasion& occasion) {

@@ -105,9 +105,9 @@ std::vector<AllanPoint> curve_of(std::span<const double> phase,
   for (const std::size_t m : used) {
     sums.push_back(zero_before ? std::pow(phase[2 * m - 1] - 2.0 * phase[m - 1], 2) : 0.0);
   }
-  // All lengths are processed within a block, so that the data in the cache serve several lengths.
-  // The terms of a block contain at most 2048 numbers at each of three places, which fit into the
-  // first-level cache together.
+  // Each block is processed for all lengths before the next block, so that several lengths use the
+  // data in the cache. For one length, the terms of a block need x_i, x_(i+m) and x_(i+2m): three
+  // sequences of at most 2048 numbers, which together fit into the first-level cache.
   constexpr std::size_t block = 2048;
   for (std::size_t first = 0; first < phase.size(); first += block) {
     for (std::size_t k = 0; k < used.size(); ++k) {
@@ -139,7 +139,8 @@ std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
 }
 
 void put_phase(std::span<const double> samples, double rate_hz, std::span<double> phase) {
-  // The four sums are independent, so that the processor can add in parallel.
+  // The additions to the four sums do not depend on each other, so that the processor can execute
+  // them in parallel.
   std::array<double, 4> sums{};
   std::size_t i = 0;
   for (; i + 4 <= samples.size(); i += 4) {
@@ -157,7 +158,8 @@ void put_phase(std::span<const double> samples, double rate_hz, std::span<double
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
   const auto put = [&](std::size_t at, double more) { phase[at] = sum + more; };
-  // Only one addition for each group of four samples has to wait for the previous group.
+  // Four samples are added to each other before they are added to `sum`. A group of four therefore
+  // waits for the group before it only once.
   for (i = 0; i + 4 <= samples.size(); i += 4) {
     const double a = (samples[i] - mean) * step;
     const double ab = a + (samples[i + 1] - mean) * step;

@@ -104,9 +104,9 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
+// Computes the ratio (error of biases and sensitivities) / (noise of the rests). It is large if
+// there are few directions, or if they do not cover all sides.
 // @param ups  directions up at the rests, n x 3.
-// @return the error of biases and sensitivities divided by the noise of the rests. It is large if
-//         there are few directions, or if they do not cover all sides.
 double spread_of(const Eigen::MatrixX3d& ups) {
   Eigen::MatrixXd J(ups.rows(), 9);
   J << ups, ups.cwiseAbs2(), ups.col(0).cwiseProduct(ups.col(1)),
@@ -119,10 +119,10 @@ double spread_of(const Eigen::MatrixX3d& ups) {
   return std::sqrt(ldlt.solve(Eigen::MatrixXd::Identity(9, 9)).trace());
 }
 
-// The quality of the rests of one threshold. It is the product of the scatter of the fit and the
-// spread of the directions, as in standard errors. The scatter is that of gravity's magnitude, or,
-// with a gyroscope, of the attitudes after the turns, which are more sensitive to motion during a
-// rest.
+// The quality of the rests that one threshold gives. The expected error of the coefficients is
+// scatter times spread. With a gyroscope, the scatter is the standard deviation of the attitude
+// errors after the turns, because these are more sensitive to motion during a rest. Otherwise it is
+// the standard deviation of the calibrated magnitudes of gravity.
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
@@ -363,8 +363,8 @@ class ImuCalibrator {
     accelerations_ = means_of(result_.rests, options_.accelerometer);
   }
 
-  // @return true if the scatter of some axis in the rests is at least about one step of its
-  //         readings. Such a sensor does not repeat one value when it is awake.
+  // @return true if the scatter of at least one axis during the rests is more than 0.7 times the
+  //         step of its readings. While such a sensor is awake, it does not repeat one value.
   [[nodiscard]] bool scatters_by_steps(const Segmentation& rests) const {
     for (const std::vector<std::string>* names : {&options_.accelerometer, &options_.gyroscope}) {
       for (const std::string& name : *names) {

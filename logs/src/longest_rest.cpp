@@ -16,8 +16,8 @@ struct Windows {
   std::vector<double> mean, variance;
 };
 
-// The variance excludes the sample farthest from the mean, so that a single glitch does not count
-// as motion.
+// Computes the means and variances of the windows of a column. The variance excludes the sample
+// farthest from the mean, so that a single wrong sample is not taken for motion.
 Windows windows_of(std::span<const double> samples, std::size_t length) {
   Windows windows;
   for (std::size_t first = 0; first + length <= samples.size(); first += length) {
@@ -59,9 +59,10 @@ double step_of(std::span<const double> samples) {
   return std::isfinite(step) ? step : 0.0;
 }
 
-// @param quietest  quantile of a column's variances that is taken as the variance at rest, 0 to 1.
-// @return for each window 1 if its variance is too large for a rest in some column, or 0 in all
-//         columns.
+// Finds the windows that are not at rest. A window is not at rest if its variance is too large in
+// at least one column, or is 0 in all columns, because the sensor then sleeps.
+// @param quietest  the quantile of a column's variances that is its variance at rest, 0 to 1.
+// @return 1 for each window that is not at rest, 0 for the others.
 std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
                                const std::vector<Windows>& windows,
                                double quietest) {
@@ -81,8 +82,8 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
     }
     const double base = std::max(quantile_of(awake, quietest), 0.25 * step * step);
     any = true;
-    // If the variance of the noise changes with time, some windows at rest are loud, so the factor
-    // is larger.
+    // If the variance of the noise changes with time, the variances of windows at rest differ more,
+    // so the factor is larger.
     constexpr double least = 8.0;
     constexpr double most = 40.0;
     const double factor = std::clamp(std::pow(quantile_of(awake, 0.5) / base, 4.0), least, most);
@@ -97,7 +98,7 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
   return loud;
 }
 
-// @return first and end of the longest run of windows that are not loud.
+// @return first and end of the longest sequence of windows that are at rest (loud is 0).
 std::pair<std::size_t, std::size_t> longest_quiet(const std::vector<char>& loud) {
   std::pair<std::size_t, std::size_t> longest = {0, 0};
   std::size_t first = 0;

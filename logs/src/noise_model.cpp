@@ -26,10 +26,10 @@ constexpr unsigned bit_of(NoiseKind kind) {
   return 1U << static_cast<unsigned>(kind);
 }
 
-// A further kind of noise is accepted only if it reduces the deviance by more than its price.
-// Without prices, uncertain points would add kinds by chance: flicker and random walk, for example,
-// fit a few such points equally well. A ramp has a higher price, because the last points of a
-// random walk look like a ramp.
+// The price is a penalty: a kind of noise is added to the model only if it reduces the deviance by
+// more than its price. Without prices, uncertain points would add kinds of noise by chance. For
+// example, flicker noise and a random walk fit a few uncertain points equally well. A ramp has a
+// higher price, because the last points of a random walk look like a ramp.
 constexpr double price_of_a_kind = 8.0;
 constexpr double price_of_a_ramp = 10.0;
 
@@ -44,7 +44,7 @@ double price_of(unsigned set) {
 
 struct Solution {
   Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kinds));
-  double cost = std::numeric_limits<double>::infinity();  // deviance plus prices
+  double cost = std::numeric_limits<double>::infinity();  // deviance + prices of the kinds
 };
 
 constexpr std::size_t fewest_points = 3;
@@ -64,8 +64,9 @@ std::vector<AllanPoint> octaves_of(std::span<const AllanPoint> curve) {
   return octaves;
 }
 
-// Mean and variance of ln(chi^2 / nu), by expansions of digamma(x) - ln x and trigamma(x) with
-// x = nu / 2. The relative error for nu >= 1 is largest at nu = 1, where it is less than 1/12.
+// Return the mean and the variance of ln(chi^2 / nu), where chi^2 has nu degrees of freedom. They
+// are asymptotic expansions of digamma(x) - ln x and of trigamma(x) with x = nu / 2. Their relative
+// error for nu >= 1 is largest at nu = 1, where it is less than 1/12.
 double mean_of_log(double nu) {
   return -1.0 / nu - 1.0 / (3.0 * nu * nu);
 }
@@ -78,9 +79,10 @@ double freedom_of(const AllanPoint& point) {
   return std::max(fewest > 0.0 ? fewest : point.degrees_of_freedom, 1.0);
 }
 
-// The deviance of the Allan variances s_i of a curve, which are distributed as V_i chi^2 / nu_i:
-// D = sum nu_i (s_i / V_i - ln(s_i / V_i) - 1). The model is V = A theta, where theta are the
-// squares of the coefficients.
+// Fits kinds of noise to the Allan variances s_i of a curve by minimising their deviance,
+//   D = sum nu_i (s_i / V_i - ln(s_i / V_i) - 1).
+// Here V_i is the modelled variance of point i, and s_i is distributed as V_i chi^2 / nu_i. The
+// model is V = A theta, where theta are the squares of the noise coefficients.
 class CurveDeviance {
  public:
   // @param error  relative error of the model of the variance.
@@ -229,7 +231,8 @@ CurveFit fit_curve(std::span<const AllanPoint> points, double error) {
   const CurveDeviance deviance(points, error);
   fit.solution = deviance.least(all_kinds, none_fixed(), price_of);
   const Eigen::VectorXd expected = deviance.A() * fit.solution.coefficients;
-  // In logarithms a point far above the model contributes as much as a point far below.
+  // The residuals are differences of logarithms, so that a point far above the model contributes as
+  // much to chi^2 as a point far below it.
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double nu = freedom_of(points[i]);
     const double variance = std::max(points[i].deviation * points[i].deviation, 1e-300);
@@ -283,7 +286,7 @@ std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
   constexpr double of_model = 0.06;  // relative error of the variance; 3 % for the deviation
   constexpr double steepest = 0.2;   // largest slope of ln(tau * variance) over ln(tau)
   constexpr double by_chance = 0.05;
-  constexpr double least_sd = 0.025;  // of N, relative; the 95 % interval is then +-5 % or more
+  constexpr double least_sd = 0.025;  // least relative sd of N: the 95 % interval is +-5 % or more
   std::optional<WhiteStretch> found;
   double longest = shortest;
   for (std::size_t first = 0; first < points.size(); ++first) {
@@ -325,10 +328,11 @@ std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
   return found;
 }
 
-// Computes the interval of one coefficient from the profile of the deviance: for each value of the
-// coefficient, the deviance is minimised over the others and over all sets of the other kinds.
-// Points of one curve are correlated, so the deviance may rise by more than the 3.84 that applies
-// to independent points.
+// Computes the interval of one coefficient from the profile of the deviance. The profile is the
+// smallest deviance for each value of the coefficient, over all values of the other coefficients
+// and all sets of the other kinds. For independent points, the deviance at the ends of a 95 %
+// interval is 3.84 above its minimum. The points of a curve are correlated, so higher limits
+// are used (rise_of()).
 class Profile {
  public:
   // @param fixed  squares of the given coefficients; 0 for those that are not given.
@@ -395,8 +399,9 @@ class Profile {
 };
 
 // @param is_found  true if the fitted coefficient is positive.
-// @return the rise of the deviance at the ends of a 95 % interval. It was found by simulation: with
-//         3e4 and 1e5 samples, at least 93 % of the intervals contain the true value.
+// @return the difference between the deviance at the ends of a 95 % interval and its minimum. It
+//         was found by simulations with 3e4 and 1e5 samples, in which at least 93 % of the
+//         intervals contained the true value.
 double rise_of(NoiseKind kind, bool is_found) {
   switch (kind) {
     case NoiseKind::random_walk:
@@ -413,7 +418,8 @@ double rise_of(NoiseKind kind, bool is_found) {
 
 // @param fixed  squares of the given coefficients; 0 for those that are not given.
 NoiseModel model_of(const CurveFit& fit, const Eigen::VectorXd& fixed) {
-  // If the kinds do not describe the curve, the coefficients of resampled records scatter by 10 %.
+  // If the kinds of noise do not describe the curve, the half width of an interval is at least 10
+  // %, because the coefficients of resampled records scatter by 10 %.
   const double shortest_half_width = fit.error > 0.0 ? 0.1 : 0.0;
   NoiseModel model{.p_value = fit.p_value,
                    .from_tau_s = fit.points.front().tau_s,

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-// Sums over part of a column about a reference r: the sums of u = x - r, u^2, u_i u_(i+1) and i u,
-// and the number of samples that differ from the one before.
+// Sums over a part of a column x, with u_i = x_i - reference: the sums of u_i, u_i^2, u_i u_(i+1)
+// and i u_i, and the number of samples that differ from the sample before them.
 struct Sums {
   double u = 0.0;
   double uu = 0.0;
@@ -25,7 +25,8 @@ struct Sums {
   double changes = 0.0;
 };
 
-// Prefix sums of one column over the current block, about its first value.
+// The sums of one column from the start of the current block to each of its samples. The reference
+// is the first value of the block.
 class Prefix {
  public:
   void make(const std::vector<double>& x, std::size_t count) {
@@ -58,8 +59,8 @@ class Prefix {
     changes_[count] = sums.changes;
   }
 
-  // @return the sums of the samples begin .. end - 1 about another reference; i is counted from
-  //         `origin`.
+  // @return the sums over the samples begin .. end - 1, converted to another reference; the index i
+  //         in the sum of i u_i is 0 at the sample `origin`.
   [[nodiscard]] Sums between(std::size_t begin,
                              std::size_t end,
                              double reference,
@@ -128,8 +129,9 @@ StaticInterval interval_of(const StillSpan& run) {
     const double spread = n * (n * n - 1.0) / 12.0;
     const double slope = n > 1.0 ? (sums.iu - 0.5 * (n - 1.0) * sums.u) / spread : 0.0;
     interval.drift(c) = slope * (n - 1.0);
-    // `products` is the sum of (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs; the first u is 0.
-    // A drift contributes `drifted` to this sum and to `squares`; this part is not noise.
+    // `products` is the sum of (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs of neighbours. Its
+    // formula uses that the first u is 0. A drift contributes `drifted` to `products` and to
+    // `squares`. This part is subtracted, because it is not noise.
     const double last = run.last[at] - run.reference[at];
     const double products = sums.lag - mean * (2.0 * sums.u - last) + (n - 1.0) * mean * mean;
     const double drifted = slope * slope * spread;
@@ -296,8 +298,8 @@ class StaticDetector::Stream {
       if (detectors_.contains(level)) {
         continue;
       }
-      // For a level below all others, no sample was still until now. For a level above all others,
-      // and for the first level, all unbroken samples were still.
+      // If the new level is below all others, no earlier sample was below its threshold. If it is
+      // above all others, or is the first level, all earlier samples except broken ones were below.
       Detector detector;
       if (first || level > detectors_.rbegin()->first) {
         detector = everything_;
@@ -315,9 +317,9 @@ class StaticDetector::Stream {
     }
   }
 
-  // Computes the extremes of each stretch of 64 samples, and for each sample the sum of the motion
-  // before it in the block. All detectors use these. The sums exclude infinite motion, because such
-  // samples are never still.
+  // Computes values that all detectors use: the extremes of each stretch of 64 samples, and for
+  // each sample the sum of motion_ over the samples before it in the block. The sums exclude
+  // samples with infinite motion, because these are never still.
   // @return the extremes of the loudness in the block, without values of 0 and infinity.
   Extremes survey(std::size_t to) {
     Extremes audible{.quietest = infinite};
@@ -341,8 +343,8 @@ class StaticDetector::Stream {
     return audible;
   }
 
-  // @return the first sample from `i` on whose state differs from `still`, or `to` if there is
-  //         none.
+  // @return the first sample from `i` on whose state (still or not) differs from `still`; `to` if
+  //         there is no such sample.
   [[nodiscard]] std::size_t end_of_state(std::size_t i,
                                          std::size_t to,
                                          double threshold,

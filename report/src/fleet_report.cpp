@@ -31,7 +31,7 @@ std::string named(const std::string& name) {
   return name.empty() ? "(not stated)" : name;
 }
 
-// The shares of units that pass in their first and in their last test.
+// The share of units that passed their first test, and the share that passed their last test.
 struct Yield {
   Share first, last;
 };
@@ -62,7 +62,7 @@ std::string yield_section(const Fleet& fleet, const FleetUnits& units) {
                                                   units.last(units.tests.size() - 1).date)}});
 }
 
-// The reasons of failures, the most frequent first.
+// Returns the section on the reasons of failures, with the most frequent reason first.
 std::string pareto_section(const FleetUnits& units, Figures& figures) {
   std::map<std::string, std::size_t> reasons;
   std::size_t failed = 0;
@@ -151,7 +151,8 @@ std::string capability_section(const Fleet& fleet, const std::vector<Capability>
   return html;
 }
 
-// The units in the order of their dates, with the mean and the control limits.
+// Returns control charts of the coefficients: the units in the order of their dates, the mean and
+// the control limits.
 std::vector<Plot> charts_by_time(const Fleet& fleet,
                                  const FleetUnits& units,
                                  const std::vector<Capability>& capabilities) {
@@ -197,7 +198,7 @@ double largest_z(const FleetGroup& group) {
   return largest;
 }
 
-// Means of the groups as a control chart, and a table.
+// Returns the section on groups of units: a control chart of the groups' means, and a table.
 std::string groups_section(const Fleet& fleet,
                            const FleetUnits& units,
                            const std::string FleetTest::*member,

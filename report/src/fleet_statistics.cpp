@@ -35,7 +35,7 @@ double sum_of_squares(const std::vector<double>& values) {
   return sum;
 }
 
-// The last tests with a value of the parameter, by their batches.
+// Returns, for each batch, the last tests of its units that have a value of the parameter.
 std::map<std::string, std::vector<const FleetTest*>> batches_of(const FleetUnits& units,
                                                                 std::size_t parameter) {
   std::map<std::string, std::vector<const FleetTest*>> batches;
@@ -57,9 +57,11 @@ std::vector<double> values_of(const std::vector<const FleetTest*>& tests, std::s
   return values;
 }
 
-// The standard deviation by the mean of the absolute differences of neighbours.
+// Returns the standard deviation of values, estimated from the mean absolute difference of
+// neighbouring values. A slow drift therefore hardly changes it.
 double sd_of_moving_ranges(const std::vector<double>& values) {
-  constexpr double range_per_sd = 1.128379;  // mean range of two normal values
+  // Mean |difference| of two values with a normal distribution, divided by its standard deviation.
+  constexpr double range_per_sd = 1.128379;
   double sum = 0.0;
   for (std::size_t i = 1; i < values.size(); ++i) {
     sum += std::abs(values[i] - values[i - 1]);
@@ -100,7 +102,8 @@ struct Spread {
 };
 
 Spread spread_of(const std::vector<double>& values) {
-  constexpr double sd_per_deviation = 1.482602;  // of the median absolute deviation
+  // Standard deviation of a normal distribution, divided by its median absolute deviation.
+  constexpr double sd_per_deviation = 1.482602;
   Spread spread{.median = upper_median(values)};
   std::vector<double> deviations;
   deviations.reserve(values.size());
@@ -229,7 +232,8 @@ std::vector<FleetOutlier> outliers_of(const Fleet& fleet, const FleetUnits& unit
     }
     for (const std::vector<const FleetTest*>& batch : all) {
       const Spread spread = spread_of(values_of(batch, parameter));
-      // A median deviation of n values is as uncertain as a standard deviation of 0.37 n values.
+      // The median absolute deviation of n values is as uncertain as the standard deviation of
+      // 0.37 n values, so the degrees of freedom are reduced by this factor.
       constexpr double efficiency = 0.37;
       const double threshold = student_t_factor(
           1.0 - level / tests, std::max(2.0, efficiency * static_cast<double>(batch.size())));

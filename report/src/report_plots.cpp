@@ -46,7 +46,8 @@ namespace {
 
 constexpr double milli = 1e3;
 
-// The slopes of the table by face, their mean, and the 95 % ellipse of the mean.
+// Returns the points and lines of a plot of slopes: the slope of the table from each face, the mean
+// of these slopes, and the 95 % ellipse of the mean [mrad].
 std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
   PlotSeries estimates{.name = "one face"};
   for (const LevelnessEstimate& estimate : level.estimates) {
@@ -57,7 +58,8 @@ std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
       std::move(estimates),
       {.name = "mean", .x = {milli * level.mean_x}, .y = {milli * level.mean_y}}};
   if (std::isfinite(level.standard_error_x) && level.degrees_of_freedom >= 1.0) {
-    // Hotelling's ellipse for both coordinates together: k^2 = 2 F(0.95; 2, dof) in closed form.
+    // Hotelling's joint 95 % ellipse of both coordinates. Its half axes are k standard errors with
+    // k^2 = 2 F(0.95; 2, dof), where F is the quantile of the F distribution, in closed form.
     const double dof = level.degrees_of_freedom;
     const double k = std::sqrt(dof * (std::pow(0.05, -2.0 / dof) - 1.0));
     PlotSeries ellipse{.name = "95 % ellipse of the mean", .line = true};

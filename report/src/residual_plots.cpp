@@ -123,8 +123,8 @@ Plot normal_plot(const Calibration& calibration) {
   return plot;
 }
 
-// The number of parameters in the regression of one axis: the sum of all leverages, divided by the
-// number of axes.
+// Returns the mean number of parameters in the regression of one axis: the sum of all leverages
+// divided by the number of axes.
 double parameters_of_axis(const Eigen::MatrixXd& leverage) {
   const double sum = leverage.array().isFinite().select(leverage.array(), 0.0).sum();
   return leverage.cols() > 0 ? sum / static_cast<double>(leverage.cols()) : 0.0;
@@ -165,8 +165,9 @@ Plot leverage_plot(const Calibration& calibration) {
         const double h = largest * (0.3 + 0.75 * i / 40.0);
         if (h > 0.0 && h < 1.0) {
           curve.x.push_back(h);
-          // Cook's distance uses the internally studentised residual r, with r^2 < nu. The plot has
-          // the externally studentised residual t, with t^2 = r^2 (nu - 1) / (nu - r^2).
+          // Cook's distance is a function of the internally studentised residual r, and r^2 < nu.
+          // The plot shows the externally studentised residual t. The curve is therefore converted
+          // by t^2 = r^2 (nu - 1) / (nu - r^2).
           const double r_squared = distance * parameters * (1.0 - h) / h;
           const double t =
               r_squared < nu ? std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared)) : std::nan("");

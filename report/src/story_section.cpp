@@ -232,8 +232,9 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   return cloud;
 }
 
-// Returns the distance of the calibrated readings' centre from the origin, relative to F. Regions
-// of equal area have equal weights, whatever their numbers of readings.
+// Returns the remaining bias of the calibrated readings, divided by the field magnitude F. The
+// sphere of directions is divided into regions of equal area. Each region with readings has the
+// same weight, whatever its number of readings.
 double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
   constexpr int bands = 8;
   constexpr int sectors = 12;
@@ -250,8 +251,9 @@ double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
     sum += f - magnitude * direction;
     ++count;
   }
-  // A remaining bias moves all readings by the same vector. The mean of each region gives the
-  // vector's component along the direction of the region. Computes the vector by least squares.
+  // A remaining bias moves all readings by the same vector. In each region, the mean deviation from
+  // the sphere is the component of this vector along the direction of the region. The vector
+  // follows from all regions by least squares.
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const auto& [region, sums] : regions) {

@@ -11,12 +11,12 @@
 
 namespace axiscal {
 
-/// Bytes of a column that are no text.
+/// Binary data of a column, in contrast to text.
 struct Bytes {
   std::string_view data;
 };
 
-/// A value of a statement; null, a whole number, a number, a text or bytes.
+/// A value of an SQL statement: null, an integer, a number, a text or binary data.
 using SqlValue = std::variant<std::monostate, std::int64_t, double, std::string_view, Bytes>;
 
 /// A row of a result. The columns are counted from 0.
@@ -34,19 +34,20 @@ class SqlRow {
   [[nodiscard]] virtual std::string bytes(int column) const = 0;
 };
 
-/// A connection to a database. SQL is the common part of SQLite's and PostgreSQL's; values are $1,
-/// $2, .., in the order in which they first appear.
+/// A connection to a database. Statements use only SQL that both SQLite and PostgreSQL accept. The
+/// placeholders $1, $2, .. stand for the values; they first appear in ascending order.
 class Database {
  public:
   using Take = std::function<void(const SqlRow&)>;
 
-  /// The words that differ.
+  /// The parts of SQL that differ between SQLite and PostgreSQL.
   struct Dialect {
-    const char* number_of_row;  ///< type of a key that the database numbers
-    const char* bytes;          ///< type of bytes
-    const char* begin;          ///< begins a transaction that writes
-    const char* lock_schema;    ///< within it: no other process makes the schema; may be empty
-    const char* has_table;      ///< gives a row if the table $1 exists
+    const char* number_of_row;  ///< type of a key column whose values the database generates
+    const char* bytes;          ///< type of a column with binary data
+    const char* begin;          ///< statement that begins a transaction for writing
+    /// Statement in a transaction that stops other processes from making the schema; may be empty.
+    const char* lock_schema;
+    const char* has_table;      ///< query that gives a row if the table $1 exists
     /// For a database without the store's table: gives a row if it has other tables, so that it
     /// belongs to another program. In PostgreSQL, where a store may lie among other tables, it
     /// never gives a row.
@@ -61,7 +62,7 @@ class Database {
   [[nodiscard]] virtual const Dialect& dialect() const = 0;
 
   /// Runs one statement.
-  /// @param take  gets the rows of its result, one by one.
+  /// @param take  is called for each row of the result.
   /// @throws OutputError  if the database is full or unreachable, or refuses the statement.
   virtual void execute(const std::string& sql,
                        std::span<const SqlValue> values = {},
@@ -69,8 +70,8 @@ class Database {
 };
 
 /// Opens a file of SQLite.
-/// @param may_create  a missing file is made; else it is an error.
-/// @throws DataError     if there is no such file, or it is not a database.
+/// @param may_create  true: a missing file is created.
+/// @throws DataError     if the file cannot be opened, or is not a database.
 /// @throws RefusedError  if this build lacks SQLite.
 [[nodiscard]] std::unique_ptr<Database> open_sqlite(const std::string& path, bool may_create);
 
@@ -79,7 +80,7 @@ class Database {
 /// @throws RefusedError  if this build lacks libpq.
 [[nodiscard]] std::unique_ptr<Database> open_postgresql(const std::string& address);
 
-/// @return true if the address is one of PostgreSQL.
+/// @return true if the address is that of a PostgreSQL database: postgresql://..
 [[nodiscard]] bool is_postgresql(const std::string& address);
 
 /// @return the address without a password, for messages.

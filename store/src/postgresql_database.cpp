@@ -25,7 +25,7 @@ struct ClearResult {
 };
 using Result = std::unique_ptr<PGresult, ClearResult>;
 
-// Reads the text form of the first row of a result.
+// The first row of a result. PostgreSQL delivers its values as text.
 class PostgresqlRow final : public SqlRow {
  public:
   explicit PostgresqlRow(const PGresult* result) : result_(result) {}
@@ -83,11 +83,11 @@ class PostgresqlDatabase final : public Database {
   void execute(const std::string& sql,
                std::span<const SqlValue> values,
                const Take& take) override {
-    std::vector<std::string> texts;  // of numbers
+    std::vector<std::string> texts;  // zero-terminated copies of numbers and texts
     texts.reserve(values.size());
     std::vector<const char*> data;
     std::vector<int> sizes;
-    std::vector<int> forms;  // 1: bytes as they are
+    std::vector<int> forms;  // 0: the value is text; 1: it is binary
     for (const SqlValue& value : values) {
       int form = 0;
       std::string_view own;
@@ -98,7 +98,7 @@ class PostgresqlDatabase final : public Database {
         is_null = *number != *number;
         own = texts.emplace_back(is_null ? "" : number_text(*number));
       } else if (const auto* const text = std::get_if<std::string_view>(&value)) {
-        own = texts.emplace_back(*text);  // ends with a zero
+        own = texts.emplace_back(*text);  // the copy ends with a zero byte
       } else if (const auto* const bytes = std::get_if<Bytes>(&value)) {
         own = bytes->data;
         form = 1;
@@ -133,7 +133,7 @@ class PostgresqlDatabase final : public Database {
   }
 
  private:
-  // The name of the prepared statement.
+  // Returns the name of the prepared statement for `sql`, and prepares it at the first call.
   const std::string& prepared(const std::string& sql) {
     std::string& name = statements_[sql];
     if (name.empty()) {
@@ -148,7 +148,7 @@ class PostgresqlDatabase final : public Database {
     return name;
   }
 
-  // The first line of the connection's message.
+  // Returns the first line of the connection's error message.
   std::string message() const {
     std::string text = PQerrorMessage(connection_.get());
     return text.substr(0, text.find('\n'));

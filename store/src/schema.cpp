@@ -11,8 +11,9 @@
 namespace axiscal {
 namespace {
 
-// The statements that lead from each version to the next. A store in use has run them: they do not
-// change; a new version appends its own.
+// Returns the statements that update the schema: element i updates version i to version i + 1.
+// Existing stores were made by these statements, so they must not be changed. A new version appends
+// an element.
 std::vector<std::vector<std::string>> steps(const Database::Dialect& dialect) {
   return {
       {"CREATE TABLE axiscal_store (version INTEGER NOT NULL)",
@@ -34,7 +35,7 @@ std::vector<std::vector<std::string>> steps(const Database::Dialect& dialect) {
                  "json {} NOT NULL)",
                  dialect.bytes),
        "CREATE INDEX axiscal_by_unit ON axiscal_calibration (serial, date)"},
-      // The yield of a million units without reading their rows.
+      // With this index the yield of a million units is computed without reading their rows.
       {"CREATE INDEX axiscal_by_result ON axiscal_calibration (kind, model, status, passed, "
        "reason)"}};
 }
@@ -71,7 +72,7 @@ void migrate_schema(Database& database) {
   if (*database.dialect().lock_schema != '\0') {
     database.execute(database.dialect().lock_schema);
   }
-  const int version = schema_of(database, "");  // another process may have been faster
+  const int version = schema_of(database, "");  // another process may have updated the schema since
   const auto all = steps(database.dialect());
   for (auto step = static_cast<std::size_t>(version); step < all.size(); ++step) {
     for (const std::string& statement : all[step]) {

@@ -60,7 +60,7 @@ class SqliteDatabase final : public Database {
     if (status != SQLITE_OK) {
       throw DataError(path, std::string("cannot be opened: ") + sqlite3_errmsg(database));
     }
-    // Another process may hold the lock while it writes.
+    // While another process writes, it has locked the database.
     constexpr int patience_ms = 60000;
     sqlite3_busy_timeout(database, patience_ms);
     sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -73,7 +73,7 @@ class SqliteDatabase final : public Database {
         SQLITE_NOTADB) {
       throw DataError(path, "is not a store: SQLite cannot open it");
     }
-    if (may_create) {  // readers and one writer do not wait for each other
+    if (may_create) {  // with WAL, readers and one writer do not wait for each other
       sqlite3_exec(database, "PRAGMA journal_mode=WAL", nullptr, nullptr, nullptr);
     }
   }
@@ -152,7 +152,7 @@ class SqliteDatabase final : public Database {
 
   std::string path_;
   std::unique_ptr<sqlite3, CloseDatabase> database_;
-  std::map<std::string, Statement> statements_;  // they end before the connection
+  std::map<std::string, Statement> statements_;  // must be destroyed before the connection
 };
 
 }  // namespace

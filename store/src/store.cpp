@@ -44,7 +44,7 @@ std::string uncompressed(const std::string& bytes) {
 
 #else
 
-// A build without zstd stores records as they are.
+// In a build without zstd, records are stored uncompressed.
 std::string compressed(std::string_view text) {
   return std::string(text);
 }
@@ -86,13 +86,14 @@ StoredCoefficient coefficient_of(const SqlRow& row, int column) {
           .expanded = row.number(column + 4)};
 }
 
-// A day stands for its end: dates are compared as texts.
+// Returns the last second of a day for a date without a time; other texts stay unchanged. The
+// result can be compared with other dates as text.
 std::string end_of_day(const std::string& date) {
   constexpr std::size_t length_of_day = 10;  // 2026-11-29
   return date.size() == length_of_day ? date + "T23:59:59Z" : date;
 }
 
-// The condition of a filter, and its values.
+// The WHERE clause for a filter, and the values of its placeholders.
 struct Condition {
   explicit Condition(const StoreFilter& filter) {
     add("k.serial = ", filter.serial);
@@ -225,7 +226,7 @@ void Store::for_each(const StoreFilter& filter,
                              : "";
   sql += condition.sql + " ORDER BY k.serial, k.date, k.id";
   sql += with_coefficients ? ", c.place" : "";
-  std::optional<StoredCalibration> pending;  // whose coefficients are not complete
+  std::optional<StoredCalibration> pending;  // its coefficients may be incomplete
   std::int64_t pending_id = -1;
   database_->execute(sql, condition.values, [&](const SqlRow& row) {
     constexpr int part_column = id_column + 1;

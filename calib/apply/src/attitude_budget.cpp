@@ -28,8 +28,9 @@ MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& 
   };
   check.low_95 = quantile(0.025);
   check.high_95 = quantile(0.975);
-  // Largest accepted difference, as a fraction of U. Effective degrees of freedom are an
-  // approximation that alone causes differences of up to 5 %.
+  // The largest accepted difference between an end of the simulated interval and -U or +U, as a
+  // fraction of U. The approximation by effective degrees of freedom can cause differences of up to
+  // 5 %.
   constexpr double tolerance = 0.1;
   check.agrees =
       std::abs(check.low_95 + check.linear_expanded) <= tolerance * check.linear_expanded &&
@@ -95,8 +96,8 @@ class AttitudeBudgetMaker {
         continue;
       }
       AttitudeQuantity quantity{.name = names[static_cast<std::size_t>(r)], .value = here(r)};
-      // The gradient has a minus sign: if a parameter is larger, the same reading gives a smaller
-      // field.
+      // The gradient has a minus sign, because a larger parameter gives a smaller field for the
+      // same reading.
       const bool free_of_magnitude = r >= 3;
       const Eigen::RowVectorXd gradient = -G.row(r) * B;
       std::vector<double> by_source;
@@ -124,7 +125,7 @@ class AttitudeBudgetMaker {
   // The errors of each result, one for each trial; empty if the result is NaN.
   [[nodiscard]] std::vector<std::vector<double>> drawn_errors(int trials, std::uint64_t seed) const;
 
-  // All trials must give the same kind of angle: either roll or yaw.
+  // Returns options with which all trials give the same kind of angle, either roll or yaw.
   static ReductionOptions one_pair_of_angles(const Calibration& calibration,
                                              ReductionOptions options,
                                              const Eigen::Vector3d& field) {
@@ -211,8 +212,9 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
     }
     return z;
   };
-  // sqrt(nu / chi^2) turns a normal number into Student's t. The last term of chi^2 has the
-  // fractional part of nu as its factor.
+  // Draws a factor that turns a normal number into Student's t: sqrt(nu / chi^2). chi^2 is a sum of
+  // squared normal numbers; if nu is not an integer, the last square is multiplied by the
+  // fractional part of nu.
   const auto t_factor = [&](double nu) {
     double chi2 = 0.0;
     double left = nu;

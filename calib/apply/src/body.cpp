@@ -151,8 +151,8 @@ std::string axis_text(const Eigen::Vector3d& axis) {
   return formatted("the model's direction ({:.2f}, {:.2f}, {:.2f})", axis.x(), axis.y(), axis.z());
 }
 
-// sum (1 - u u^T) over the unit directions u: the information about turns of the model about its
-// axes, at unit variance.
+// Returns the sum of 1 - u u^T over the unit directions u. It is the information matrix of a turn
+// about the model's axes if each direction has the variance 1.
 Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   for (const Direction& one : all) {
@@ -183,8 +183,8 @@ void put_total_covariance(const Calibration& calibration, BodyRotation& body) {
                                                         body.by_parameters.transpose();
 }
 
-// Variance of each direction about its reference, from the noise of the readings and the stated
-// uncertainty of the references [rad^2].
+// Returns the variance of each direction about its reference, from the noise of the readings and
+// the stated uncertainty of the references [rad^2].
 std::vector<double> stated_variances(const std::vector<Direction>& all,
                                      double noise_variance,
                                      double reference_u_rad) {
@@ -430,7 +430,7 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
                     .u_rad = covariance.diagonal().cwiseSqrt()};
-  // The degrees of freedom by Welch and Satterthwaite, with the traces as variances.
+  // Welch's and Satterthwaite's formula, with the traces of the covariances as variances.
   const double nu =
       std::pow(covariance.trace(), 2) / (std::pow(first.trace(), 2) / before.degrees_of_freedom +
                                          std::pow(second.trace(), 2) / after.degrees_of_freedom);

@@ -64,8 +64,8 @@ std::optional<SensorTemperature> temperature_in(const CsvReader& csv,
   return all.size() == 1 ? SensorTemperature(all.front()) : SensorTemperature(std::move(all));
 }
 
-// Stores the attitude or the flat face that the row states. Stores nothing if the table lacks the
-// columns of both.
+// Sets the attitude or the flat face of `reading` to those that the row states. Does nothing if the
+// table has neither the columns of attitudes nor the column of faces.
 void put_place(const CsvReader& csv,
                const std::optional<std::size_t>& flat,
                const std::optional<std::size_t>& pitch,

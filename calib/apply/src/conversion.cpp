@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// The factors of the parameters for a change of the field's unit.
+// Returns the factor by which each parameter changes if the field's unit changes.
 Eigen::VectorXd units_of_parameters(const std::vector<std::string>& names, double factor) {
   Eigen::VectorXd units(static_cast<Eigen::Index>(names.size()));
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -38,9 +38,10 @@ double variance_of(const VarianceShares& shares) {
   return sum;
 }
 
-// The uncertainty of an elevation [rad] if the component exceeds F, because the arcsine is constant
-// there. It is the angle whose cosine is 1 - u / F: the angle between the axis and a field F with a
-// component F - u along the axis.
+// Returns the uncertainty of an elevation [rad] for a component that exceeds F. The derivative
+// cannot be used there, because the argument of the arcsine is clamped. The result is the angle
+// whose cosine is 1 - u / F: the angle between the axis and a field of length F whose component
+// along the axis is F - u.
 double angle_at_pole(double u, double F) {
   return std::sqrt(2.0 * u / F);
 }
@@ -232,8 +233,9 @@ VarianceShares ReadingPropagation::shares_of(const Eigen::RowVectorXd& gradient,
     shares.components.push_back(
         {.variance = variance(part.covariance), .degrees_of_freedom = part.degrees_of_freedom});
   }
-  // The errors of the axes correlate through the field's direction. Therefore the whole variance is
-  // divided among the axes in proportion to the variance that each axis has by itself.
+  // The fitted direction of the field is common to all axes, so their errors are correlated.
+  // Therefore the total variance is divided among the axes, in proportion to the variances that the
+  // axes would have without correlation.
   const Eigen::VectorXd own =
       gradient.transpose().cwiseAbs2().cwiseProduct((B * of_readings_ * B.transpose()).diagonal());
   const double factor = own.sum() > 0.0 ? variance(of_readings_) / own.sum() : 0.0;

@@ -31,9 +31,9 @@ inline constexpr Eigen::Index fixed_results = 4;
 /// @return a - b; for angles in degrees the difference modulo 360, in -180 .. 180.
 [[nodiscard]] double difference_of_results(double a, double b, bool angle);
 
-/// @return the derivative of the results, by differences of `below` and `above`, whose arguments
-///         are `step` below and above that of `at`. If a result is NaN on one side, the slope is
-///         that of the other side.
+/// @return the derivative of the results with respect to one argument x, by differences. `below`,
+///         `at` and `above` are the results at x - step, x and x + step. If a result is NaN on one
+///         side, only the other side is used.
 [[nodiscard]] Eigen::VectorXd slope_of_results(const Reducer& reducer,
                                                const Eigen::VectorXd& below,
                                                const Eigen::VectorXd& at,

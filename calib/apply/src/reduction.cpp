@@ -19,8 +19,8 @@
 namespace axiscal {
 namespace {
 
-// The weights of the rows of S, by the scatter of the axes; all 1 if the scatter is unknown or if
-// m <= 3.
+// Returns the weights of the rows of S from the scatter of the axes. All weights are 1 if the
+// scatter is unknown or if m <= 3.
 Eigen::VectorXd row_weights(const Calibration& calibration) {
   const Eigen::Index m = calibration.sensor.response.bias.size();
   if (m > 3 && calibration.fit.statistics) {
@@ -137,8 +137,9 @@ bool Reducer::solve_scaled(std::span<const double> readings,
   return field.allFinite();
 }
 
-// Least squares with the axes that face the light. The first round uses the axes whose readings are
-// above the dark reading.
+// Solves by least squares with only the axes that face the light. The first round uses the axes
+// whose readings are above the dark reading. Each further round uses the axes that face the field
+// of the previous round.
 bool Reducer::solve_light(std::span<const double> readings,
                           const std::optional<SensorTemperature>& temperature,
                           Eigen::Vector3d& field) const noexcept {

@@ -188,8 +188,8 @@ TemperaturePlaces own_temperatures(const CsvReader& csv, const std::vector<Readi
   return places;
 }
 
-// The column of a single temperature sensor: SLOT.temperature if it exists, else `column`. A single
-// axis may also have AXIS_temperature.
+// Returns the column of a single temperature sensor: SLOT.temperature if it exists, else `column`.
+// A single axis may also have AXIS_temperature.
 std::size_t one_temperature(const CsvReader& csv,
                             const std::vector<ReadingColumn>& axes,
                             const std::string& column) {
@@ -384,8 +384,9 @@ class RowReduction {
     }
   }
 
-  // Writes the row's own cells. Empty cells are appended to a row that is too short, so that the
-  // results are in the right columns. Stray quotes are escaped, so that the output is valid CSV.
+  // Writes the cells of a defective row. Empty cells are appended to a row that is too short, so
+  // that the results are in the right columns. Stray quotes are escaped, so that the output is
+  // valid CSV.
   void put_defective_row() {
     if (csv_.text().find('"') == std::string_view::npos) {
       put_own_cells();
@@ -635,8 +636,8 @@ class RowReduction {
     }
   }
 
-  // The field from two axes, with readings as if the field along the axes were larger by `first`
-  // and `second`.
+  // Returns the field from the two axes, after `first` and `second` are added to the field's
+  // components along the axes.
   [[nodiscard]] Reducer::ClosedField closed_field(double first, double second) const {
     const std::span<const double> readings = row_.readings();
     return reducer_.closed_field(readings[0] + first * reducer_.sensitivity_of(0),
@@ -644,8 +645,8 @@ class RowReduction {
                                  row_.temperature());
   }
 
-  // The uncertainty of the direction's components, from the uncertainties of the two measured
-  // components; zero if the direction is not determined.
+  // Returns the uncertainties of the direction's three components, from the uncertainties of the
+  // two measured components. Returns zero if the axes do not determine the direction.
   [[nodiscard]] Eigen::Vector3d direction_uncertainty(
       const std::vector<ReadingPropagation::Axis>& components) const {
     Eigen::Vector3d variance = Eigen::Vector3d::Zero();

@@ -39,8 +39,8 @@ Eigen::Array2d slope_of(const Levelness& levelness) {
   return {now.x, now.y};
 }
 
-// The variances of the slopes. Their lower limit gives all slots equal weights if there is no
-// noise.
+// Returns the variances of the slopes x and y. A lower limit ensures equal weights of all slots if
+// the readings have no noise.
 Eigen::Array2d variance_of(const Levelness& levelness) {
   const BlockLevelness now = levelness.current_levelness();
   return Eigen::Array2d(now.standard_error_x, now.standard_error_y)
@@ -51,7 +51,7 @@ Eigen::Array2d variance_of(const Levelness& levelness) {
 Mean mean_without(const std::vector<SlotLevelness>& slots, std::size_t without) {
   Mean mean;
   Eigen::Array2d weights = Eigen::Array2d::Zero();
-  double over_dof = 0.0;  // sum in the formula of Welch and Satterthwaite
+  double over_dof = 0.0;  // denominator in the formula of Welch and Satterthwaite
   for (std::size_t i = 0; i < slots.size(); ++i) {
     if (i == without) {
       continue;
@@ -224,16 +224,16 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
 
 namespace {
 
-// The rotation from the cube's frame to the frame of the instrument's axes. The axes are the rows
-// of S, scaled to length 1.
+// Returns the rotation from the cube's frame to the frame of the instrument's axes: the rotation
+// closest to the rows of S, scaled to length 1.
 Eigen::Matrix3d axes_from_cube(const Calibration& calibration, const LinearResponse& response) {
   const Eigen::Matrix3d mount =
       calibration.sensor.rotation_sensor_from_assembly.value_or(Eigen::Matrix3d::Identity());
   return nearest_rotation(Eigen::Matrix3d(response.sensitivity.rowwise().normalized()) * mount);
 }
 
-// The derivative of axes_from_cube(), as a small rotation about the frame's axes, by the p
-// coefficients of each axis; 3 x 3 p [rad per unit of the coefficient].
+// Returns the derivative of axes_from_cube() with respect to the p coefficients of each axis, as
+// small rotations about the frame's axes; 3 x 3 p [rad per unit of the coefficient].
 Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
   const LinearResponse& response = calibration.sensor.response;
   const Eigen::Matrix3d R = axes_from_cube(calibration, response);
@@ -261,12 +261,12 @@ bool has_alignment(const Calibration& calibration) {
          calibration.sensor.response.sensitivity.determinant() > 0.0;
 }
 
-// True if the record contains the table's slope, measured in a vertical field.
+// Returns true if the record contains the table's slope, measured in a vertical field.
 bool shows_slope(const Calibration& calibration) {
   return calibration.fit.levelness && field_kind(calibration.sensor.field.kind).vertical;
 }
 
-// The experiment of a single slot.
+// Returns the experiment of a single slot.
 Experiment experiment_of_slot(const Experiment& experiment, const std::string& slot) {
   Experiment own = experiment;
   own.slots.clear();
@@ -327,7 +327,8 @@ std::optional<CombinedLevelness> combined_levelness(std::vector<Calibration>& ca
   return combined;
 }
 
-// Sets the slope that other slots measured, for a slot whose field is not vertical.
+// Sets the table's slope of a slot whose field is not vertical to the slope that other slots
+// measured.
 void take_slope(const std::vector<Calibration>& calibrations,
                 const std::optional<CombinedLevelness>& combined,
                 Experiment& experiment) {

@@ -38,8 +38,8 @@ std::string degrees(double angle_rad) {
   return number_text(std::round(angle_rad * deg_per_rad * 1e3) * 1e-3);
 }
 
-// The companion's coefficients with random errors of their covariance; without errors if the record
-// lacks a covariance.
+// Returns the companion's coefficients plus random errors that are drawn from their covariance. If
+// the record lacks a covariance, no errors are added.
 LinearResponse drawn(const Calibration& companion, RandomStream& random) {
   LinearResponse response = companion.sensor.response;
   if (!companion.fit.statistics || companion.fit.statistics->covariance.rows() != 12 ||
@@ -58,10 +58,11 @@ LinearResponse drawn(const Calibration& companion, RandomStream& random) {
   return response;
 }
 
-// The covariance of b and S, including the error of the rotation, in the instrument's own frame.
-// Fit and alignment are simulated together (JCGM 101), because both follow from the same readings.
-// The simulated errors of the companion's coefficients have the covariance in its record. The noise
-// of its readings follows from the scatter of the angle between the fields.
+// Computes the covariance of b and S in the instrument's own frame. It includes the error of the
+// rotation to the companion's frame. Fit and alignment are simulated together (JCGM 101), because
+// both follow from the same readings. The companion's coefficients get random errors with the
+// covariance in its record. The noise of the companion's readings follows from the scatter of the
+// angle between the fields.
 Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
                                          const Eigen::MatrixXd& readings,
                                          const Calibration& companion,
@@ -90,8 +91,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
     }
     return rows;
   };
-  // The noise of the companion. Its variance is the variance of the angle minus the variance of
-  // this instrument's own noise.
+  // The standard deviation of the companion's noise. Its variance is the variance of the angle
+  // minus the variance of this instrument's noise.
   const double own_noise = sd.norm() / (F * own.sensitivity.norm());
   const double in_all = alignment.residual_sd / std::max(std::sin(alignment.angle_rad), 1e-3);
   const double theirs = std::sqrt(std::max(0.0, in_all * in_all - own_noise * own_noise));
@@ -116,8 +117,9 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
          centred / (trials - 1);
 }
 
-// A mirrored instrument fits equally well, but the angle is then 180 degrees minus the true angle.
-// Only the angle of a field model shows the mirroring.
+// Warns if the axes seem to be mirrored. A mirrored instrument fits equally well, but the angle
+// between the fields is then 180 degrees minus the true angle. The true angle is known only if the
+// field is that of a model.
 void warn_of_mirrored_axes(Calibration& calibration,
                            const Calibration& companion,
                            const Alignment& alignment) {
@@ -146,7 +148,7 @@ void warn_of_mirrored_axes(Calibration& calibration,
                               "instruments were read at the same times")});
 }
 
-// The rows of the readings that both instruments can use.
+// Returns the rows of the readings that both instruments can use.
 std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
                                        const Calibration& companion,
                                        const Observations& companions) {
@@ -166,7 +168,8 @@ std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
 }
 
 // Rotates response, covariance and sources to the companion's frame.
-// @param simulated  the covariance with the error of the rotation; nullopt if it was not simulated.
+// @param simulated  the covariance from covariance_by_simulation(); nullopt if it was not
+//                   simulated.
 void turn_to_companion(const Alignment& alignment,
                        const std::optional<Eigen::MatrixXd>& simulated,
                        Calibration& calibration) {
@@ -193,8 +196,8 @@ void turn_to_companion(const Alignment& alignment,
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
-    // The simulated noise is white. If the readings are correlated, their variance in `statistics`
-    // may be larger, and is then kept.
+    // The simulated noise is white. If the readings are correlated, the variances in `statistics`
+    // may be larger than the simulated ones. The larger variance is used.
     const Eigen::VectorXd variances =
         covariance.diagonal().cwiseMax(statistics.covariance.diagonal());
     statistics.covariance = rescaled_covariance(covariance, variances.cwiseSqrt());

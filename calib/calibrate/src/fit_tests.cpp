@@ -53,7 +53,7 @@ void confirm(const PreparedRun& run,
                                compared.notes.end());
 }
 
-// n x m: true if an axis used a reading of the file.
+// Returns n x m flags: true if an axis used a reading. The rows are those of the file.
 AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estimate& estimate) {
   const Observations& observations = run.observations();
   AxisMask used = AxisMask::Constant(observations.size(), observations.response.cols(), false);
@@ -71,7 +71,7 @@ AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estima
   return used;
 }
 
-// The responses of the fit, without readings of robust weight 0.
+// Returns the responses of the fit, without readings of robust weight 0.
 Eigen::MatrixXd weighed_responses(const FittedRun& fit, const Calibration& record) {
   const Eigen::MatrixXd& robust = record.fit.statistics->robust_weight;
   if (robust.rows() != fit.set->response.rows()) {
@@ -127,7 +127,7 @@ std::vector<int> unpaired_runs(const PreparedRun& run,
 }
 
 CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mistakes) {
-  // Largest permitted effect of a mistake on the coefficients, in parts of the full response.
+  // The largest permitted effect of a mistake on the coefficients, divided by the full response.
   constexpr double largest_effect = 0.005;
   const std::vector<CalibrationWarning>& warnings = record.findings.warnings;
   const bool refused =
@@ -140,7 +140,7 @@ CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mist
                             : CalibrationStatus::warning;
 }
 
-// True if rounding errors can cause these bends of the response.
+// Returns true if rounding errors can cause these bends of the response.
 bool is_within_steps(const PreparedRun& run, const FittedRun& fit, const Eigen::VectorXd& bends) {
   const Eigen::MatrixXd steps =
       detect_rounding_steps(fit.set->response, fit.set->weights, run.experiment().stated.resolution,

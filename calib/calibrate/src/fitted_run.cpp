@@ -32,7 +32,8 @@ Eigen::Matrix3d noise_of(const Observations& observations) {
   return observations.response_sd->cwiseAbs2().colwise().mean().asDiagonal();
 }
 
-// Copies the parts of the estimate that later steps need into the readings.
+// Copies those parts of the estimate that later steps need into the readings `set`, and stores
+// `set` in the fit.
 FittedRun completed(FittedRun fit, ReadingSet set) {
   set.seen = fit.estimate.sight.seen;
   set.visible = fit.estimate.sight.visible;
@@ -58,7 +59,8 @@ FittedRun solved_once(const PreparedRun& run, ReadingSource source) {
   return completed(std::move(fit), std::move(set));
 }
 
-// Also fits the rotations of the instrument in its mounts, in rounds, until they do not change.
+// Also fits the rotations of the instrument in its mounts. Rotations and coefficients are fitted in
+// turn until the rotations do not change.
 FittedRun with_mounts(const PreparedRun& run, FittedRun fit) {
   if (run.experiment().fit.robust || fit.seen.size() > 0 || fit.set->seen.cols() > 0 ||
       fit.set->temperature.order > 0) {
@@ -140,9 +142,9 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   return completed(std::move(fit), std::move(set));
 }
 
-// The part of a reading's mean variance that does not decrease with the number of samples. It
-// maximises the likelihood of the residuals of a fit with equal weights (method.md, section 4.1).
-// The result is 0 if the likelihood hardly increases.
+// Returns the part of the readings' variance that does not decrease with the number of samples,
+// divided by the mean variance. It maximises the likelihood of the residuals of a fit with equal
+// weights (method.md, section 4.1). The result is 0 if the likelihood hardly increases.
 double floor_of_samples(const PreparedRun& run, ChosenModel model) {
   const std::optional<Eigen::VectorXd>& samples = run.observations().samples;
   if (run.weighting() != Weighting::samples || run.experiment().fit.weighting ||
@@ -266,7 +268,7 @@ SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit) {
 
 namespace {
 
-// The text of one effect of the run for each axis: "x 0.0012, y -0.0003, z 0.0001".
+// Returns the text of one effect of the run for each axis: "x 0.0012, y -0.0003, z 0.0001".
 std::string effect_by_axis(const PreparedRun& run,
                            const FittedRun& fit,
                            Eigen::Index effect,

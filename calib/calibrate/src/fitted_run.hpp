@@ -39,32 +39,35 @@ struct FittedRun {
   }
 };
 
-/// Solves the model by the run's method. Effects of the run that the readings do not determine are
-/// left out.
+/// Solves the model by the run's method. If the readings do not determine the effects of the run,
+/// the model is solved without them.
 /// @throws RefusedError, RankDeficientError
 [[nodiscard]] FittedRun solve(const PreparedRun& run, const ChosenModel& model);
 
-/// The result of the search for mistakes, and the readings without their shared errors.
+/// The result of the search for mistakes, and the readings without the errors that several of them
+/// share.
 struct SearchedRun {
   bool searched = false;
   MistakeSearch mistakes;
-  std::unique_ptr<const ReadingSet> judged;  ///< without shared errors; null if they share none
-  ReadingSet kept_out;  ///< the confirmation readings, reduced in the same way as the fitted ones
+  /// The fitted readings with their shared errors removed; null if they share none.
+  std::unique_ptr<const ReadingSet> judged;
+  ReadingSet kept_out;  ///< the confirmation readings, with their shared errors removed too
 
-  std::vector<CalibrationWarning> taken_in;  ///< warnings of mistakes with a term in the fit
+  /// Warnings of mistakes (drift, step of the biases, memory) for which the fit has a term.
+  std::vector<CalibrationWarning> taken_in;
 };
 
 [[nodiscard]] SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit);
 
 /// @return the model with a term for the likeliest mistake, if this is a drift, a step of the
-///         biases or a memory. nullopt for another mistake, if the model already has the term, or
-///         if FitOptions::drift is not automatic.
+///         biases or a memory. nullopt if the mistake is of another kind, if the model already has
+///         this term, or if FitOptions::drift is not automatic.
 [[nodiscard]] std::optional<ChosenModel> with_mistake_term(const PreparedRun& run,
                                                            ChosenModel model,
                                                            const SearchedRun& search);
 
 /// @param fit  a fit with a term for the mistake that the search found.
-/// @return the warnings of the search for earlier terms, and the warning for the new term.
+/// @return `search.taken_in` and, for a step or a memory, the warning for the new term.
 [[nodiscard]] std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
                                                                 const FittedRun& fit,
                                                                 const SearchedRun& search);

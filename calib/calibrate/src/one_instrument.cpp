@@ -20,15 +20,16 @@ namespace {
 constexpr double largest_size_change = 2e-3;   // relative change of |S_k|
 constexpr double largest_angle_change = 5e-3;  // change of the angle between two axes [rad]
 constexpr double largest_bias_change = 5e-2;   // change of a bias / full response
-// A change up to this number of standard errors may be noise.
+// A larger change is accepted if it is at most this number of standard errors, because it may be
+// noise.
 constexpr double clear = 6.0;
 
-// The calibration of one file; nullopt if its readings do not determine a calibration.
+// Calibrates one file. Returns nullopt if its readings do not determine a calibration.
 std::optional<Calibration> calibration_of(Experiment experiment, const Observations& readings) {
   experiment.fit.search_for_mistakes = false;
   experiment.fit.seats = SeatSetup::none;
   experiment.fit.process.reset();
-  experiment.leave_out.clear();  // these run numbers are those of the joined run
+  experiment.leave_out.clear();  // these run numbers refer to the joined run
   for (const std::optional<Method> method :
        {experiment.fit.method, std::optional<Method>(Method::known)}) {
     try {

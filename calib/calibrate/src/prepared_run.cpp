@@ -38,7 +38,7 @@ const Experiment& checked_temperature(const Experiment& experiment,
   return experiment;
 }
 
-// The readings of the fit without their responses; `nullopt` if all readings are in the fit.
+// Returns the readings of the fit without their responses; nullopt if all readings are in the fit.
 std::optional<Observations> without_left_out(const Experiment& experiment,
                                              const Observations& observations) {
   const auto is_out = [&](const Reading& reading) {
@@ -61,7 +61,8 @@ struct MetFields {
   double least = 0.0;
   double largest = 0.0;
 
-  // Rounding and small errors of the angles change a length by less than 5 %.
+  // Returns true if the lengths differ by more than 5 %. Rounding and small errors of the angles
+  // cause smaller differences.
   [[nodiscard]] bool vary() const {
     constexpr double alike = 1.05;
     return largest > alike * least;

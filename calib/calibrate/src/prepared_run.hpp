@@ -34,8 +34,8 @@ class PreparedRun {
     return with_fields_ ? *with_fields_ : given_;
   }
 
-  /// @return the observations of the fit: neither left out nor kept out to confirm the fit. Only
-  ///         their `readings` and `has_fence` are valid.
+  /// @return the observations of the fit, without readings that are left out or kept out to confirm
+  ///         the fit. Only their `readings` and `has_fence` are valid.
   [[nodiscard]] const Observations& used() const { return used_ ? *used_ : observations(); }
 
   /// @return the rows of observations() whose runs the experiment does not leave out.

@@ -8,14 +8,14 @@
 
 namespace axiscal {
 
-/// Adds the causes of scatter to the uncertainty of a fit, except for method magnitude. For method
-/// faces, it also computes bias and scale from the lengths of the field.
+/// Estimates the causes of scatter and adds them to the uncertainty of a fit. Method magnitude is
+/// not changed. For method faces, bias and scale are also computed from the lengths of the field.
 [[nodiscard]] CountedEstimate counted_scatter(const PreparedRun& run,
                                               const FittedRun& fit,
                                               const SearchedRun& search);
 
-/// The record of a fit: sensor, statistics, levelness, conditions and uncertainty budget. It lacks
-/// residuals and findings, except notes on the calibration.
+/// Makes the record of a fit, with sensor, statistics, levelness, conditions and uncertainty
+/// budget. The record lacks residuals and findings, except for notes on the calibration.
 /// @param counted  the result of counted_scatter(). Its statistics and weighed inputs are moved to
 ///                 the record; its other members do not change.
 [[nodiscard]] Calibration record_of(const PreparedRun& run,

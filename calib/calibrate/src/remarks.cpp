@@ -73,8 +73,8 @@ void note_readings_without_weight(Calibration& calibration) {
   }
 }
 
-// Method paired: adds a note if the averages of opposite readings leave few degrees of freedom, and
-// method joint would have more than twice that number.
+// For method paired, adds a note if the averages of opposite readings leave fewer than 5 degrees of
+// freedom, and if method joint would leave more than twice that number.
 void note_few_averages(Calibration& calibration) {
   constexpr double few = 5.0;
   const FitStatistics& statistics = *calibration.fit.statistics;

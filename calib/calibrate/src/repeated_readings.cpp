@@ -58,7 +58,8 @@ std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
   return equal;
 }
 
-// The noise of each axis from the median residual, which a few wrong readings hardly change.
+// Returns the noise of each axis, from the median of its absolute residuals. A few wrong readings
+// hardly change the median.
 Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
   Eigen::VectorXd sd = fit.estimate.statistics.residual_sd;
   if (run.method().by_magnitude || fit.set->seen.cols() > 0) {
@@ -75,8 +76,8 @@ Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
   return sd;
 }
 
-// For each of the n readings, the probability that another reading in the same pose equals it in
-// every axis.
+// Returns for each of the n readings the probability that another reading in the same pose equals
+// it in every axis.
 Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
   const Eigen::VectorXd noise = noise_of(run, fit);
   const Eigen::MatrixXd& response = run.observations().response;
@@ -90,7 +91,8 @@ Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
     }
     constexpr double digits_of_a_number = 16.0 * std::numeric_limits<double>::epsilon();
     const double least = digits_of_a_number * response.col(k).cwiseAbs().maxCoeff();
-    // The probability is the step times the probability density of a difference of 0.
+    // The probability that two readings are equal is the rounding step times the probability
+    // density of their difference at 0.
     const double density = 1.0 / (2.0 * std::sqrt(std::numbers::pi) * noise(k));
     chances.array() *= (density * steps.col(k).array().max(least)).min(1.0);
   }
@@ -105,8 +107,8 @@ double pairs_in_one_pose(const std::vector<Reading>& readings, std::size_t dista
   return pairs;
 }
 
-// The number of distances, in rows, at which two readings in one pose exist: the number of tests
-// for copies. For many readings it is replaced by an upper bound.
+// Returns the number of tests for copies: the number of different distances, in rows, between two
+// readings in one pose. For many readings an upper bound is returned.
 double distances_with_pairs(const std::vector<Reading>& readings) {
   constexpr std::size_t most_counted = 500;
   if (readings.size() > most_counted) {
@@ -165,7 +167,8 @@ std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedR
     for (const auto& [original, copy] : repeats.rows) {
       probability *= chances(static_cast<Eigen::Index>(copy));
     }
-    // Most stretches fail the first condition, so pairs are counted only for the others.
+    // Most stretches fail the first condition, so the pairs in one pose are counted only for
+    // stretches that pass it.
     const auto& [original, copy] = repeats.rows.front();
     if (probability < rarest &&
         probability * pairs_in_one_pose(observations.readings, copy - original) < rarest) {

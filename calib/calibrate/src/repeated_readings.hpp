@@ -18,8 +18,9 @@ struct RepeatedReadings {
   std::vector<std::pair<std::size_t, std::size_t>> rows;
 };
 
-/// Finds copies. Readings in one pose that agree in every digit of every axis are copies if noise
-/// and rounding cause such an agreement in fewer than 1 of 1,000 runs (docs/method/repeats.md).
+/// Finds copies: readings in one pose that agree in every digit of every axis. They are reported if
+/// noise and rounding would cause such an agreement in fewer than 1 of 1,000 runs
+/// (docs/method/repeats.md).
 ///
 /// @param fit  the fit of the run; its residuals give the noise.
 /// @return one entry for each stretch of copies; empty if none was found.

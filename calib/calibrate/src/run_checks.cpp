@@ -23,7 +23,7 @@
 namespace axiscal {
 namespace {
 
-// True if the field is one local field, whose level cannot be set.
+// Returns true if the field is one local field, whose level cannot be set.
 bool is_local(const FieldSetup& field) {
   return field.others.empty() && field_kind(field.kind()).local;
 }

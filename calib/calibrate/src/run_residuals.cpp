@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// The reading that the fit predicts.
+// Returns the reading that the fit predicts.
 Eigen::VectorXd fitted_response(const Calibration& calibration,
                                 const ReadingSource& source,
                                 const Reading& reading,
@@ -49,7 +49,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   residuals.reserve(observations.readings.size());
   Eigen::VectorXd v;
   Eigen::VectorXd left;
-  // For two axes that were turned in a plane: converts readings to the field in that plane.
+  // A matrix for two axes that were turned in a plane: it converts readings to the field in that
+  // plane. It is empty for other instruments.
   const Eigen::MatrixXd in_plane =
       method_kind(calibration.fit.method).by_magnitude && !has_magnitude ? inverse
                                                                          : Eigen::MatrixXd();
@@ -86,8 +87,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     }
     residual.response = v - left;
     for (Eigen::Index k = 0; k < left.size(); ++k) {
-      // The residual is NaN if an axis does not see the field or is out of range. A reading of
-      // weight 0 keeps its residual.
+      // The residual of an axis is NaN if the reading is out of its range, or if only the other
+      // axes used the reading. A reading of weight 0 keeps its residual.
       if (!source.in_range()(row, k) || (residual.used && !used(row, k))) {
         residual.response(k) = not_a_number;
       }

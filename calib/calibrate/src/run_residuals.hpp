@@ -9,9 +9,9 @@
 
 namespace axiscal {
 
-/// The residuals of all readings, including those left out, in the order of the file.
+/// Computes the residuals of all readings, including those left out, in the order of the file.
 ///
-/// @param field  the fitted field, without vectors if the readings state their fields or lack
+/// @param field  the fitted field. It has no vectors if the readings state their fields or lack
 ///               labels.
 /// @param used   n x m: true if an axis used a reading.
 [[nodiscard]] std::vector<ReadingResidual> residuals_of(const Observations& observations,

@@ -55,7 +55,7 @@ class Summary {
     label_width_ = std::min(label_width_, longest_label + 1);
   }
 
-  // The summary for SummaryDetail::brief.
+  // Returns the summary for SummaryDetail::brief.
   std::string brief() {
     append_readings_sentence();
     text_ = wrapped(in_one_line(text_), 80) + "\n";
@@ -316,7 +316,8 @@ class Summary {
     return formatted(".{}.{}", what, "xyz"[j]);
   }
 
-  // Expanded uncertainty of a parameter of axis k, from scatter and stated inputs; NaN if unknown.
+  // Returns the expanded uncertainty of a parameter of axis k, from scatter and stated inputs; NaN
+  // if it is unknown.
   // @param what  the parameter's name after the axis, for example ".bias".
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
     const std::string name = c_.sensor.instrument.axes[static_cast<std::size_t>(k)] + what;
@@ -362,7 +363,7 @@ class Summary {
     }
   }
 
-  // The coefficients in the usual terms of this kind of instrument.
+  // Adds the coefficients in the usual terms of this kind of instrument.
   void add_quantities() {
     const std::vector<KindQuantity> quantities = quantities_of(c_);
     if (quantities.empty()) {
@@ -462,7 +463,7 @@ class Summary {
     }
   }
 
-  // The rotations of the other instruments' frames relative to this instrument's frame.
+  // Adds the rotations of the other instruments' frames relative to this instrument's frame.
   void add_alignments() {
     if (c_.fit.slot_alignments.empty()) {
       return;
@@ -563,7 +564,8 @@ class Summary {
     }
   }
 
-  // Coefficients over temperature: bias(t) = b + b1 d + .., scale(t) = 1 + c1 d + .., d = t - t0.
+  // Adds the temperature terms b1, c1, ... of bias(t) = b + b1 d + .. and scale(t) = 1 + c1 d + ..,
+  // where d = t - t0.
   void add_temperature() {
     if (!c_.sensor.temperature) {
       return;

@@ -22,7 +22,8 @@ bool nothing_is_said(const TemperatureSetup& setup) {
   return setup.order == 0 && !setup.automatic && !setup.ignored;
 }
 
-// The temperatures of the readings that are not left out; empty if a reading lacks one.
+// Returns the temperatures of the readings that are not left out; empty if one of these readings
+// lacks a temperature.
 std::vector<double> temperatures_of(const std::vector<Reading>& readings,
                                     const std::vector<int>& left_out) {
   std::vector<double> temperatures;
@@ -38,8 +39,8 @@ std::vector<double> temperatures_of(const std::vector<Reading>& readings,
   return temperatures;
 }
 
-// p-value of the test whether the residuals follow the temperature: the smallest p-value of the
-// axes, with Bonferroni's correction.
+// Tests whether the residuals follow the temperature. Returns the smallest p-value of the axes,
+// with Bonferroni's correction.
 double p_of_following(const ReadingSet& set,
                       const TableField& field,
                       const std::vector<double>& temperatures) {
@@ -56,7 +57,8 @@ double p_of_following(const ReadingSet& set,
     const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
     const Eigen::VectorXd r = y - X * (inverse * y);
     const double free = static_cast<double>((root.array() > 0.0).count() - rank) - 1.0;
-    // If less of the temperature's variation remains, it depends on the poses and is not tested.
+    // Only the part of the temperature's variation that the fit's columns do not explain is tested.
+    // If its share is below `independent`, the temperature depends on the poses and is not tested.
     constexpr double independent = 1e-6;
     if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
       continue;
@@ -91,8 +93,8 @@ bool has_temperatures_enough(const Experiment& experiment, const Observations& o
 }
 
 bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials) {
-  // Without an effect of temperature, order 1 (two more terms for each of three axes) decreases
-  // AICc by more than this in 0.1 % of the runs.
+  // If the temperature has no effect, order 1 (two more terms for each of three axes) decreases
+  // AICc by more than this limit in only 0.1 % of the runs.
   constexpr double clear_gain = 10.0;
   return !trials.empty() &&
          std::any_of(trials.begin(), trials.end(), [&](const TemperatureOrderTrial& trial) {
@@ -109,8 +111,8 @@ void warn_of_ignored_temperature(const Experiment& experiment,
     return;
   }
   const auto [low, high] = std::minmax_element(temperatures.begin(), temperatures.end());
-  // Limits in degrees C. An output beyond them is taken as another unit, in which any span is
-  // usual.
+  // Limits in degrees C. If an output is beyond the coldest or hottest limit, its unit is assumed
+  // to be another one, and its span is not judged.
   constexpr double much = 5.0;
   constexpr double coldest = -100.0;
   constexpr double hottest = 200.0;

@@ -18,8 +18,8 @@ namespace axiscal {
 [[nodiscard]] bool has_temperatures_enough(const Experiment& experiment,
                                            const Observations& observations);
 
-/// @return true if an order above 0 is significant: without an effect of temperature, fewer than
-///         one run in a thousand would show such an improvement.
+/// @return true if an order above 0 improves the fit so much that fewer than one run in a thousand
+///         would show this improvement without an effect of temperature.
 [[nodiscard]] bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials);
 
 /// Warns if the fit lacks temperature terms although the temperatures span a wide range or the

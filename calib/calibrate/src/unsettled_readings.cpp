@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-constexpr Eigen::Index fewest_readings = 4;  // of a laying that is tested
+constexpr Eigen::Index fewest_readings = 4;  // fewest readings of a laying that is tested
 constexpr std::size_t fewest_layings = 6;
 
 // Consecutive readings in one pose.
@@ -20,7 +20,7 @@ struct Laying {
   Eigen::Index readings = 0;
 };
 
-// The layings with at least fewest_readings readings.
+// Returns the layings with at least fewest_readings readings.
 std::vector<Laying> long_layings(const std::vector<Reading>& readings,
                                  const std::vector<std::size_t>& rows) {
   const auto continues = [](const Reading& before, const Reading& now) {
@@ -41,8 +41,8 @@ std::vector<Laying> long_layings(const std::vector<Reading>& readings,
   return layings;
 }
 
-// The first and the last reading of each laying, minus the mean of its other readings. Each matrix
-// has a row for each laying and m columns.
+// The differences that the test compares: the first, or the last, reading of each laying minus the
+// mean of the laying's other readings. Each matrix has one row for each laying and m columns.
 struct Ends {
   Eigen::MatrixXd first;
   Eigen::MatrixXd last;

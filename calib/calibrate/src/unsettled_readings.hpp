@@ -16,11 +16,13 @@ struct UnsettledReadings {
   CalibrationWarning warning;
 };
 
-/// Finds readings at the start of each laying that differ from the later ones. The test compares
-/// two differences of each laying: first reading minus mean of the others, and last reading minus
-/// mean of the others. Noise and drift have the same effect on both (docs/method/settling.md).
+/// Finds readings at the start of each laying that differ from the later ones. A laying is a series
+/// of consecutive readings in one pose. For each laying, the test computes two differences: the
+/// first reading minus the mean of the others, and the last reading minus the mean of the others.
+/// Noise and drift have the same effect on both differences, so larger first differences show that
+/// the instrument had not settled (docs/method/settling.md).
 ///
-/// Only layings of at least four consecutive readings are used. Readings need design points.
+/// Only layings of at least four readings are used. The readings need design points.
 /// @return nullopt if the readings had settled, or if there are too few layings for the test.
 [[nodiscard]] std::optional<UnsettledReadings> find_unsettled(const PreparedRun& run);
 

@@ -83,8 +83,8 @@ void require_faces(const std::vector<SolidReference>& references) {
   }
 }
 
-// Throws RefusedError if a slope has no two readings at opposite points. Such readings separate the
-// slope from the face normals.
+// Throws RefusedError unless each slope has readings at two design points with the same rest face
+// and opposite fence faces. Only such readings separate the slope from the face normals.
 void require_opposites(const SolidReference& reference) {
   std::set<std::pair<std::size_t, DesignPoint>> there;
   for (std::size_t i = 0; i < reference.readings.size(); ++i) {
@@ -165,7 +165,7 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
   return solid;
 }
 
-// The effective degrees of freedom of a sum of variances.
+// Returns the effective degrees of freedom of a sum of variances.
 // @param parts  each variance with its degrees of freedom; 0: the variance is exact.
 double effective_dof(const std::vector<std::pair<double, double>>& parts) {
   double sum = 0.0;
@@ -177,8 +177,8 @@ double effective_dof(const std::vector<std::pair<double, double>>& parts) {
   return over > 0.0 ? sum * sum / over : std::numeric_limits<double>::infinity();
 }
 
-// Probability that the normals from one instrument and the normals from all other instruments
-// differ this much by chance.
+// Returns the probability that the normals from one instrument and the normals from all other
+// instruments differ this much by chance.
 double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   Eigen::Matrix<double, 18, 1> difference;
   for (std::size_t face = 0; face < 6; ++face) {
@@ -200,8 +200,8 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   return std::isinf(dof) ? chi_squared_upper_p(Q, 9.0) : f_upper_p(Q / 9.0, 9.0, dof);
 }
 
-// The references of one instrument, or, if `without` is true, of all other instruments. The
-// instruments are renumbered from 0.
+// Returns the references of one instrument, or, if `without` is true, those of all other
+// instruments. In the result the instruments are numbered from 0 again.
 std::vector<SolidReference> part_of(const std::vector<SolidReference>& references,
                                     std::size_t instrument,
                                     bool without) {
@@ -273,8 +273,8 @@ double rotation_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return std::abs(Eigen::AngleAxisd(Eigen::Matrix3d(a * b.transpose())).angle());
 }
 
-// The scatter between mounts, for each instrument that has several mounts in nearly the same
-// orientation.
+// Estimates the scatter between mounts, for each instrument that has several mounts in nearly the
+// same orientation.
 std::vector<MountRepeatability> find_repeatability(const std::vector<SolidReference>& references,
                                                    const std::vector<std::string>& names,
                                                    const SolidSolution& solution) {
@@ -388,7 +388,7 @@ std::set<DesignPoint> points_of(const std::vector<SolidReference>& solid) {
   return points;
 }
 
-// Adds notes that explain the uncertainties to a reader of the positioner's file.
+// Adds notes to the positioner's file that explain its uncertainties.
 void describe_in_notes(const CharacterizeOptions& options,
                        const Characterization& result,
                        bool all_have_covariance,

@@ -14,8 +14,8 @@ constexpr double dof_of_mean = 20.0;
 constexpr double different_variance = 0.01;
 constexpr double dof_of_exact = 1e9;
 
-// Variances of the axes, divided by the squared sensitivity and field, so that instruments with
-// different units can be compared.
+// Returns the variances of the axes, each divided by the squared full response |S_k| F, so that
+// instruments with different units can be compared.
 Eigen::ArrayXd relative_variances(const RecordErrors& record) {
   const Eigen::Index m = record.sensitivity.rows();
   Eigen::ArrayXd variances(m);

@@ -42,7 +42,8 @@ Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
   return T;
 }
 
-// The combinations of the 12 tangents that keep sum e_r cross n_r = 0: 12 x 9.
+// Returns the combinations of the 12 tangents that keep sum e_r cross n_r = 0 (12 x 9), where e_r
+// and n_r are the nominal and the actual normal of face r.
 Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T) {
   Eigen::Matrix<double, 3, 12> constraint = Eigen::Matrix<double, 3, 12>::Zero();
   for (const Face face : all_faces) {
@@ -344,8 +345,8 @@ void SolidFit::move(SolidState& state, const Layout& layout, const Eigen::Vector
   fix_gauge(state);
 }
 
-// The scatter of each reference from the residuals of the last fit. A reference with too few
-// degrees of freedom gets the pooled scatter of all references.
+// Computes the scatter of each reference from the residuals of the last fit. A reference with too
+// few degrees of freedom gets the pooled scatter of all references.
 std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
                                       const Eigen::VectorXd& residuals,
                                       const Eigen::VectorXd& leverage,

@@ -53,13 +53,14 @@ void require_robust_freedom(double degrees_of_freedom);
                                           const Eigen::VectorXd& weights,
                                           const Eigen::VectorXd& weighted_residuals);
 
-/// Pure error against lack of fit for one axis. Pure error is the scatter of the means of layings
-/// within a group: readings of one laying share its error.
+/// Tests one axis for lack of fit: compares the scatter of the groups about the model with the pure
+/// error. Pure error is the scatter within a group. It is computed from the means of layings,
+/// because all readings of one laying have the same laying error.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
 /// @param effects             number of columns of the run's effects. These columns differ between
 ///                            repeats, so their degrees of freedom are subtracted from those of the
 ///                            pure error.
-/// @param robust_weights      empty unless robust; a reading of weight 0 counts in neither part.
+/// @param robust_weights      empty unless robust; a reading of weight 0 is ignored.
 /// @return F and p are NaN if one of the two parts has zero degrees of freedom.
 [[nodiscard]] LackOfFit test_lack_of_fit(const RegressionRows& rows,
                                          const Eigen::VectorXd& weights,
@@ -69,7 +70,8 @@ void require_robust_freedom(double degrees_of_freedom);
                                          Eigen::Index effects,
                                          const Eigen::VectorXd& robust_weights = {});
 
-/// Allocates statistics for all axes, with only the rows and the numbers of observations filled in.
+/// Returns statistics for all axes in which only the rows and the numbers of observations have
+/// values.
 [[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);
 
 /// Stores the diagnostics of axis k in the statistics.
@@ -89,8 +91,8 @@ void require_response(const ReadingSet& set);
                                  const std::vector<AxisRegression>& axes,
                                  RegressionRows rows);
 
-/// The number of each reading's group, n. The readings of a group have the same level, temperature
-/// and design point, or the same stated field.
+/// Returns the group number of each of the n readings. The readings of a group have the same level,
+/// temperature and design point, or the same stated field.
 [[nodiscard]] std::vector<int> groups_of_readings(const ReadingSet& set);
 
 /// @return the rows of the regression, with the numbers of groups_of_readings().

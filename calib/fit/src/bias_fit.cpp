@@ -27,7 +27,7 @@
 namespace axiscal {
 namespace {
 
-// The meaning of the polynomial's constant.
+// What the constant term of the bias polynomial contains.
 enum class Constant {
   bias,         // the bias: the response to the field is subtracted, or is 0
   from_record,  // includes the response to the field; the bias is that of experiment.from
@@ -206,8 +206,9 @@ void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
   }
 }
 
-// The order of the polynomial: stated, or chosen from trials, which are stored in `temperature`.
-// Throws RankDeficientError if the readings are at too few temperatures.
+// Returns the order of the polynomial. It is the stated order, or it is chosen by trials; the
+// trials are stored in `temperature`. Throws RankDeficientError if the readings are at too few
+// temperatures.
 int settled_order(const Experiment& experiment,
                   const ReadingSet& set,
                   TemperatureResponse& temperature) {
@@ -241,16 +242,18 @@ FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   return statistics;
 }
 
-// The uncertainty of an axis's polynomial for a sweep. Two quantities give it: the changes when
-// tenths are left out, and the scatter of the branches about the polynomial.
+// The uncertainty of an axis's polynomial for a sweep. It has two parts: the changes of the
+// polynomial when one tenth of the readings after the other is left out (jackknife), and the
+// difference between the readings on the way up and those on the way down (the two branches).
 struct SweepScatter {
   Eigen::VectorXd u;             // order + 1: by jackknife
   double independent = 0.0;      // equivalent number of independent readings
-  Eigen::MatrixXd branches;      // covariance for a bias anywhere between the branches; 0: they
-                                 // agree
+  Eigen::MatrixXd branches;      // covariance of the coefficients, if the bias may lie anywhere
+                                 // between the branches; 0: the branches agree
   double half_difference = 0.0;  // half of the largest difference between the branches [unit]
 };
 
+// Computes the uncertainty of the polynomial `fit` of one axis.
 // @param ways  direction of the sweep at each reading, 1 or -1; empty: one direction only.
 SweepScatter scatter_of_sweep(const ReadingSet& set,
                               Eigen::Index axis,
@@ -401,8 +404,8 @@ void add_noise_of_order(const ReadingSet& set,
     const CorrelatedFit fit =
         fit_with_correlated_noise(ordered.designs[static_cast<std::size_t>(k)], responses.col(k),
                                   Eigen::VectorXd::Ones(set.size()) * Eigen::RowVector3d::UnitX());
-    // The estimate is not changed. Its difference from the models' estimate adds to the
-    // uncertainty.
+    // The estimate is not changed. Its difference from the estimate with correlated noise is added
+    // to the uncertainty.
     const Eigen::VectorXd off = fit.estimate - fits[static_cast<std::size_t>(k)].estimate;
     for (std::size_t j = 0; j < places.size(); ++j) {
       const auto at = static_cast<Eigen::Index>(j);

@@ -31,7 +31,7 @@ void append(const std::vector<Value>& more, std::vector<Value>& all) {
   all.insert(all.end(), more.begin(), more.end());
 }
 
-// The readings of the fit, followed by the readings that were kept out.
+// Returns the readings of the fit, followed by the readings that were kept out.
 ReadingSet both_of(ReadingSet set, const ReadingSet& kept_out) {
   append(kept_out.readings, set.readings);
   for (std::size_t i = 0; i < kept_out.rotation_sensor_from_table.size(); ++i) {
@@ -56,9 +56,9 @@ Eigen::MatrixXd cosines_of(const ReadingSet& set, const Solution& solution) {
   return f * solution.coefficients().middleRows<3>(1).colwise().normalized();
 }
 
-// Reweights the readings for noise whose variance across the field is `ratio` times that along it.
-// A cube that is seated differently changes the readings across the field; a field whose magnitude
-// fluctuates changes them along it.
+// Changes the weights for noise whose variance across the field is `ratio` times its variance along
+// the field. Different seats of the cube change the readings across the field. Fluctuations of the
+// field's magnitude change them along it.
 ReadingSet with_noise_ratio(ReadingSet set, const Eigen::MatrixXd& cosines, double ratio) {
   const Eigen::ArrayXXd across = 1.0 - cosines.array().square();
   set.weights.array() /= 1.0 + (ratio - 1.0) * across;
@@ -106,8 +106,9 @@ std::optional<Likelihood> likelihood_of(const ReadingSet& set,
   return likelihood;
 }
 
-// Contrasts of readings. If a block may have a shift that is common to its readings, this shift
-// cancels in the contrasts.
+// Returns contrasts of the readings, one in each row. If a block may have a shift that its readings
+// share, the contrasts are differences within the block, so the shift cancels. The contrasts of
+// other blocks are the readings themselves.
 // @param is_shifted  function that returns true if a block may have a shift.
 template <typename IsShifted>
 Eigen::MatrixXd contrasts_of(const std::vector<Reading>& readings, const IsShifted& is_shifted) {
@@ -131,8 +132,8 @@ Eigen::MatrixXd contrasts_of(const std::vector<Reading>& readings, const IsShift
   return contrasts;
 }
 
-// The largest p-value of the kept-out readings over all noise ratios that the readings of the fit
-// do not reject at 5 %.
+// Returns the largest p-value of the kept-out readings. It is searched over those noise ratios that
+// the readings of the fit do not reject at 5 %.
 std::optional<double> p_of_kept_out(const ReadingSet& fitted,
                                     const ReadingSet& all,
                                     const std::vector<std::size_t>& places,

@@ -20,9 +20,10 @@ struct CurvatureFit {
   Eigen::VectorXd squares_of_axis;  // m sums of squares, not weighted
 };
 
-/// Tests whether the axes' responses bend, by an F test of the columns f_k^2. A bend increases the
-/// scatter of its axis, so the axes' weights come from the scatter in the fit with the columns. If
-/// the scatter of the axes does not differ significantly, the weights are equal.
+/// Tests whether the axes' responses bend, by an F test of the columns f_k^2. The fits use the
+/// variances given to the constructor, unless the residuals agree with equal variances of all axes
+/// or a ratio of the variances is stated. The variances are then pooled, with the residuals of the
+/// fit that includes the columns, because a bend increases the residuals of the other fit.
 class CurvatureFTest {
  public:
   /// @param layings      the layings of the readings; must outlive this object.
@@ -91,8 +92,8 @@ class CurvatureFTest {
 /// over each axis are then sufficient.
 class IndependentCurvature {
  public:
-  /// Sums over an axis after projection off its own columns, for the shared columns and, last, the
-  /// axis's column f_k^2.
+  /// Sums of products over the readings of an axis, after projection off its own columns. The
+  /// columns are the shared ones, then the axis's column f_k^2.
   struct Axis {
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
@@ -103,8 +104,9 @@ class IndependentCurvature {
   /// @param errors  number of shared columns that are errors of inputs with variance 1.
   explicit IndependentCurvature(Eigen::Index errors) : errors_(errors) {}
 
-  /// @param P, y     the other columns (f_k^2 is the last) and the readings, after projection off
-  ///           the axis's own columns.
+  /// Adds an axis.
+  /// @param P, y     the shared columns with f_k^2 as the last one, and the readings; both after
+  ///                 projection off the axis's own columns.
   /// @param lengths  squared lengths of these columns before projection.
   void add(const Eigen::MatrixXd& P, const Eigen::VectorXd& y, const Eigen::VectorXd& lengths) {
     axes_.push_back({.information = P.transpose() * P,

@@ -19,7 +19,7 @@ namespace {
 // coefficient.
 constexpr double open_below = 1e-11;
 
-// One axis at the d deleted readings.
+// The matrices and errors of one axis at the d readings that are left out.
 struct AxisLeftOut {
   // K B with K = (1 - Q Q^T)^-1 = 1 + Q M Q^T.
   [[nodiscard]] Eigen::MatrixXd times_K(const Eigen::MatrixXd& B) const {
@@ -37,7 +37,7 @@ struct AxisLeftOut {
 
 // The fit of the other readings.
 struct Others {
-  // Weighted errors of the prediction of an axis's deleted readings; d.
+  // Returns the d weighted errors of the prediction for the deleted readings of an axis.
   [[nodiscard]] Eigen::VectorXd errors(std::size_t k) const {
     return axes[k].errors - axes[k].shared * fit.estimate;
   }
@@ -105,7 +105,8 @@ std::optional<Others> others_of(const Solution& solution,
   return others;
 }
 
-// Contrasts of one axis minus their prediction, not weighted, with the covariance of that error.
+// The difference between contrasts of one axis and their prediction, not weighted, with its
+// covariance.
 struct ContrastError {
   Eigen::VectorXd error;       // q
   Eigen::MatrixXd covariance;  // q x q
@@ -205,7 +206,8 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     is_other[i] = false;
   }
   NoiseTails tails;
-  std::vector<double> deviations;  // errors of the contrasts, made independent, of variance 1
+  // Errors of the contrasts, transformed to be independent with variance 1.
+  std::vector<double> deviations;
   for (std::size_t k = 0; k < solution_->axes.size(); ++k) {
     const AxisSolution& axis = solution_->axes[k];
     if (const auto one = contrast_error(*others, k, axis.root_weights()(rows), contrasts)) {

@@ -36,7 +36,7 @@ struct Ellipse {
       "whole revolution");
 }
 
-// The conic with the least sum of squared algebraic residuals.
+// Returns the conic with the least sum of squared algebraic residuals.
 Ellipse conic_through(const Eigen::MatrixX2d& v) {
   Eigen::MatrixXd D(v.rows(), 6);
   for (Eigen::Index i = 0; i < v.rows(); ++i) {

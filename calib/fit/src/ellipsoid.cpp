@@ -85,7 +85,7 @@ class EllipsoidProblem {
   Eigen::VectorXd root_;
 };
 
-// The symmetric or triangular A of an ellipsoid d^T M d = 1.
+// Returns the symmetric or triangular matrix A with A^T A = M, for an ellipsoid d^T M d = 1.
 Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
   if (shape == MagnitudeShape::triangular) {
     // M = A^T A with A upper triangular: Cholesky's M = L L^T, A = L^T.
@@ -96,8 +96,8 @@ Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
          eigen.vectors.transpose();
 }
 
-// Approximate least squares for a starting point: by the normal equations if they are well
-// conditioned.
+// Solves a least-squares problem approximately, for a starting point. It uses the normal equations
+// if they are well conditioned.
 Eigen::VectorXd roughly_solved(Eigen::MatrixXd A, const Eigen::VectorXd& b) {
   constexpr double smallest_pivot = 1e-4;
   const Linearised linear{.residuals = -b, .jacobian = std::move(A)};

@@ -37,7 +37,7 @@ struct EllipsoidCloud {
   [[nodiscard]] Eigen::Index size() const { return v.rows(); }
 };
 
-/// The ellipsoid after a step of its parameters.
+/// Returns the ellipsoid after a step of its parameters.
 [[nodiscard]] Ellipsoid moved_ellipsoid(const Ellipsoid& from,
                                         const EllipsoidParameters& step,
                                         MagnitudeShape shape);
@@ -56,13 +56,15 @@ struct LinearisedEllipsoid : Linearised {
                                     const Ellipsoid& at,
                                     const Eigen::VectorXd& scale);
 
-/// The sphere through the readings by linear least squares.
+/// Fits a sphere to the readings by linear least squares.
 [[nodiscard]] Ellipsoid sphere_through(const EllipsoidCloud& cloud);
 
-/// The quadric through the readings by linear least squares, if it is an ellipsoid; else a sphere.
+/// Fits a quadric to the readings by linear least squares. If it is not an ellipsoid, the result is
+/// a sphere.
 [[nodiscard]] Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud);
 
-/// The ellipsoid found by Gauss-Newton, with weights that are fixed within a step.
+/// Fits an ellipsoid by the Gauss-Newton method. The weights are constant within a step and are
+/// computed again for the next one.
 /// @param robust  weights that multiply those of the readings; empty: all 1.
 [[nodiscard]] Ellipsoid converged_ellipsoid(const EllipsoidCloud& cloud,
                                             const Ellipsoid& start,

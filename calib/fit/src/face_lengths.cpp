@@ -17,8 +17,8 @@
 namespace axiscal {
 namespace {
 
-// The face of each reading: 2 * (main component of the field), + 1 if it is negative. nullopt if a
-// field is not along a component, or if a face is missing.
+// Returns the face of each reading as 2 * (main component of the field), plus 1 if this component
+// is negative. Returns nullopt if a field is not along a component, or if a face is missing.
 std::optional<std::vector<int>> faces_met(const ReadingSet& set,
                                           const TableField& field,
                                           double F) {
@@ -44,13 +44,13 @@ struct Diagonal {
   std::vector<Eigen::Index> main;  // component of each axis
   Eigen::VectorXd b, s;            // m
 
-  // The field along each axis, from a reading [field unit]; m.
+  // Returns the field along each of the m axes, computed from a reading [field unit].
   [[nodiscard]] Eigen::VectorXd field(const Eigen::MatrixXd& v, Eigen::Index i) const {
     return (v.row(i).transpose() - b).cwiseQuotient(s);
   }
 };
 
-// The main component of each axis; nullopt if two axes have the same component.
+// Returns the main component of each axis; nullopt if two axes have the same component.
 std::optional<std::vector<Eigen::Index>> main_components(const SensitivityMatrix& S) {
   std::vector<Eigen::Index> main;
   for (Eigen::Index k = 0; k < S.rows(); ++k) {
@@ -202,8 +202,8 @@ Scatter scatter_of(const ReadingSet& set,
           .degrees_of_freedom = statistics.degrees_of_freedom.sum()};
 }
 
-// For each axis, the mean square of its readings on the other faces, relative to F^2. It contains
-// the lean of the faces and the cross-axis terms.
+// Returns for each axis the mean square of its readings on the faces of the other axes, relative to
+// F^2. It contains the lean of the faces and the cross-axis terms.
 Eigen::VectorXd transverse_squares(const ReadingSet& set,
                                    const std::vector<int>& faces,
                                    const Diagonal& at,
@@ -247,7 +247,8 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   const Scatter scatter = scatter_of(set, solution, estimate);
   const Eigen::VectorXd transverse = transverse_squares(set, *faces, at, F);
   const Eigen::MatrixXd C = scatter.sd * scatter.sd * solution.unscaled_covariance;
-  // The second-order effect of the lean on b relative to s F, and on s relative to s.
+  // The second-order effect of the lean, as a fraction. It applies to b as a fraction of s F, and
+  // to s as a fraction of s.
   const double second = 0.5 * transverse.sum();
   statistics.covariance.setZero();
   estimate.response.bias = at.b;

@@ -52,9 +52,9 @@ Noise noise_of(const FitStatistics& statistics) {
   return repeats.by_repeats ? repeats : own;
 }
 
-// The probability that the lengths scatter this much by chance. If the noise was estimated from the
-// residuals, they include the deviations of the lengths; these are then compared with the rest of
-// the residuals.
+// Returns the probability that the lengths scatter this much by chance. If the noise was estimated
+// from the residuals, it includes the deviations of the lengths. The deviations are then compared
+// with the other part of the residuals.
 double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) {
   const double rest = noise.degrees_of_freedom - own_dof;
   if (noise.by_repeats || !noise_alone || !(rest >= 1.0)) {
@@ -105,9 +105,9 @@ LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
     }
     scatter.squares += std::pow((met + setup.inverse * above).norm() - met.norm(), 2);
   }
-  // The lengths' covariance A (1 - K K^T) V (1 - K K^T) A^T. V is the covariance of the noise, and
-  // K K^T is the projection onto the fit. For an axis K_k = [Q_k, P_k]; the two are orthogonal, and
-  // Q_k^T Q_k = 1.
+  // The covariance of the lengths is A (1 - K K^T) V (1 - K K^T) A^T. V is the covariance of the
+  // noise, and K K^T is the projection onto the fit. The rows of axis k are K_k = [Q_k, P_k], where
+  // Q_k^T Q_k = 1 and Q_k^T P_k = 0.
   Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(n, run.shared_basis_of_axis(0).cols());
   const bool shares = in_shared.cols() > 0;
   for (Eigen::Index k = 0; k < 3 && shares; ++k) {

@@ -21,7 +21,8 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
   return sigma;
 }
 
-// The row of reading i is the sum over the axes k of by(i, k) times the row of reading i of axis k.
+// Returns a matrix with one row for each reading. Row i is the sum over the axes k of by(i, k)
+// times the row of reading i of axis k.
 // @param columns_of  function that returns an axis's own columns, then the shared columns, n x (p +
 //                    s).
 template <typename ColumnsOf>
@@ -86,8 +87,9 @@ Fit::Fit(const SolvedReadings& run, const TableField& field, Eigen::VectorXd sig
 Fit::Fit(const SolvedReadings& run, const Estimate& estimate)
     : Fit(run, estimate.field, scatter_of(run.set(), estimate)) {}
 
-// Let T_k be the root of an axis's own covariance, U_k its take_up, and Z the covariance of the
-// shared unknowns. The axis's coefficients have the covariance sigma_k^2 T_k T_k^T + U_k Z U_k^T.
+// Computes a root of the covariance Z of the shared unknowns. With the root T_k of the covariance
+// of an axis's own columns and U_k = take_up, the axis's coefficients have the covariance sigma_k^2
+// T_k T_k^T + U_k Z U_k^T.
 void Fit::find_root_of_shared() {
   const Eigen::Index D = shared();
   constexpr double dependent = 1e-12;  // fraction of a column's square

@@ -22,8 +22,8 @@
 namespace axiscal {
 namespace {
 
-// The starting value of each axis's scatter: that of the fit, or 1e-9 of its response if the
-// residuals are 0.
+// Returns the starting value of each axis's scatter. It is the scatter of the fit, or 1e-9 of the
+// axis's response if the residuals are 0.
 Eigen::VectorXd first_scatter(const Estimate& estimate) {
   Eigen::VectorXd sigma = estimate.statistics.residual_sd;
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
@@ -63,7 +63,8 @@ class GeneralizedFit {
     if (found != nullptr && seats) {
       variances_(m) = found->sd(0) * found->sd(0);
     } else if (seats) {
-      // A rotation whose effect on the readings has half the variance of the noise.
+      // The starting value is a rotation that changes the readings with half the variance of the
+      // noise.
       const Eigen::ArrayXd turn =
           start.response.sensitivity.rowwise().norm().array() * field_.magnitude();
       variances_(m) = 0.5 * (variances_.head(m).array() / turn.square()).mean();
@@ -74,8 +75,9 @@ class GeneralizedFit {
     }
   }
 
-  // Decides from one fit without seats whether seats could be significant. The final threshold is
-  // 1.6 standard errors; with seats in the fit these are larger.
+  // Estimates from a fit without seats whether the seats' variance could exceed the final limit of
+  // 1.6 standard errors. In the fit with seats the standard errors are larger, so this is only a
+  // first check.
   [[nodiscard]] bool may_see_seats() {
     constexpr double clearly_less = 0.5;
     const Eigen::Index m = set_.axis_count();
@@ -187,7 +189,7 @@ class GeneralizedFit {
     put_intervals(statistics);
   }
 
-  // The predicted effect of the inputs' errors on the readings of a set; n x m.
+  // Predicts the effect of the inputs' errors on the readings of a set; n x m.
   // @param inputs  the uncertain inputs for the readings of `set`.
   [[nodiscard]] Eigen::MatrixXd shared_parts(const ReadingSet& set,
                                              const std::vector<InputQuantity>& inputs) const {
@@ -208,7 +210,7 @@ class GeneralizedFit {
     return parts;
   }
 
-  // The contribution of each input to the coefficients' covariance.
+  // Returns the contribution of each input to the coefficients' covariance.
   [[nodiscard]] std::vector<Eigen::MatrixXd> shares() const {
     std::vector<Eigen::MatrixXd> all;
     const Eigen::MatrixXd to_all = fit_->covariance(set_.coefficient_column_indices(), Eigen::all);
@@ -266,13 +268,13 @@ class GeneralizedFit {
     return fit_->information(axis, axis) * variances_(axis) * variances_(axis);
   }
 
-  // The squared field along an axis, weighted.
+  // Returns the weighted squared field along an axis.
   [[nodiscard]] Eigen::VectorXd squares_of(const Fit& run, Eigen::Index k) const {
     const Eigen::VectorXd met = run.field_met(k) * run.sensitivity(k).normalized().transpose();
     return set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
   }
 
-  // The squared fields along all axes, a column for each; (n m) x m.
+  // Returns the columns f_k^2, one for each axis; (n m) x m.
   [[nodiscard]] Eigen::MatrixXd with_squares(const Fit& run) const {
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.row_count(), run.axes());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
@@ -360,8 +362,8 @@ bool looks_for_seats(const Experiment& experiment,
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
 }
 
-// True if shared errors can be estimated: the design points give one field for all axes, and the
-// readings determine all coefficients.
+// True if shared errors can be estimated: the fields follow from the design points and are the same
+// for all axes, and the readings determine all coefficients.
 bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
   return estimate.field.has_vectors() && !set.rotation_sensor_from_table.empty() &&
          set.visible.empty() && set.seen.cols() == 0;
@@ -465,8 +467,9 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     }
     GeneralizedFit fit(layings, layings.own ? of_layings : run, inputs, seats, estimate);
     const bool may_be_nothing = seats && experiment.fit.seats != SeatSetup::fit;
-    // The seats' variance must be more than 1.6 times its standard error. A smaller variance may be
-    // chance, and would reduce the estimate of the noise.
+    // The seats' variance must be more than 1.6 times its standard error, which corresponds to 5
+    // degrees of freedom. A smaller variance may be chance, and would reduce the estimate of the
+    // noise.
     constexpr double enough = 5.0;
     constexpr double nearly_enough = 0.9 * enough;
     if ((may_be_nothing && !fit.may_see_seats()) ||
@@ -474,7 +477,9 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
       continue;
     }
     fit.put(estimate);
-    // Seats that may be chance are included in the intervals, but there is no note.
+    // Seats are mentioned in a note only if their variance is 2.9 times its standard error or more,
+    // which corresponds to 17 degrees of freedom. The intervals include smaller variances without a
+    // note.
     constexpr double clear = 17.0;
     if (seats && (!may_be_nothing || fit.sees_seats(clear))) {
       estimate.notes.push_back(

@@ -47,7 +47,7 @@ RobustRound robust_round(const ReadingSet& set,
   return round;
 }
 
-// The run linearised about a solution.
+// Linearises the run about a solution.
 Fit linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, solution.state, solution.sigma};
 }
@@ -90,8 +90,8 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
   return estimate;
 }
 
-// (S, f) and (-S, -f) fit equally well. A stated direction determines the sign, otherwise the
-// expected sign of S.
+// Determines the signs of S and f, because (S, f) and (-S, -f) fit equally well. The sign follows
+// from a stated direction, or else from the expected sign of S.
 // @return true if the fields must be reversed; nullopt if neither criterion determines the sign.
 std::optional<bool> is_reversed(const ReadingSet& set,
                                 const Solution& state,
@@ -122,9 +122,9 @@ std::optional<bool> is_reversed(const ReadingSet& set,
 Estimate estimate_joint(const ReadingSet& set) {
   std::vector<TableField> all_starts = start_fields(set);
   if (set.has_excluded_readings() && set.visible.empty() && all_starts.size() == 1) {
-    // A lamp stated exactly on the cube's diagonal leaves coefficients of one-sided axes
-    // undetermined. The search then starts from a nearby direction, if the coefficients are
-    // determined there. The condition number shows how well they are determined.
+    // If a lamp is stated exactly on the cube's diagonal, the coefficients of one-sided axes are
+    // undetermined. The search then starts from a nearby direction, provided that the coefficients
+    // are determined there. The condition number of the result shows how well they are determined.
     constexpr double a_little_rad = 0.01;
     std::vector<Eigen::Vector3d> turned = all_starts.front().vectors();
     for (Eigen::Vector3d& vector : turned) {

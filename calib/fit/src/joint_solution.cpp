@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// The common scatter of all axes; 1 if the readings do not determine it.
+// Returns the common scatter of all axes; 1 if the readings do not determine it.
 double pooled_scatter(const ReadingSet& set, const Solution& state, double dof) {
   if (!(dof > 0.5)) {
     return 1.0;
@@ -81,8 +81,8 @@ double misfit(const ReadingSet& set, const Solution& state) {
   return sum;
 }
 
-// The angle between the fields of two solutions. (S, f) and (-S, -f) count as equal; each part of
-// the field is weighted by its size.
+// Returns the angle between the fields of two solutions. (S, f) and (-S, -f) are regarded as equal.
+// Each part of the field is weighted by its size.
 double angle_between(const Solution& a, const Solution& b) {
   double along = 0.0;
   double all = 0.0;
@@ -117,8 +117,8 @@ std::string another_direction(const ReadingSet& set, const Solution& other, cons
                    direction_text(other.field().vector(part).normalized()));
 }
 
-// The solutions after a few rounds from each start. Of solutions that come closer than met_rad to
-// each other, one is kept.
+// Returns the solutions after a few rounds of the search from each start. If two solutions come
+// closer than met_rad, only one of them is kept.
 std::vector<std::shared_ptr<const Solution>> few_rounds_from(
     const ReadingSet& set, const Model& model, const std::vector<TableField>& starts) {
   constexpr int meetings = 3;

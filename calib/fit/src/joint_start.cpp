@@ -24,8 +24,8 @@ std::vector<Eigen::Index> used_rows(const ReadingSet& set,
   return used;
 }
 
-// Chooses the sign of a direction: that of the stated direction, else the sign that makes the
-// largest component positive.
+// Returns the direction with the sign of the stated direction. If this is not given, its largest
+// component becomes positive.
 Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescription& part) {
   const double given = direction.dot(part.start.sign_by);
   Eigen::Index largest = 0;
@@ -33,9 +33,9 @@ Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescripti
   return std::copysign(1.0, given != 0.0 ? given : direction(largest)) * direction;
 }
 
-// The field from a linear solution of its directions, up to the sign. If the readings of one
-// levelness do not determine its direction, the direction from all readings is used for it. nullopt
-// if all readings together do not determine the directions.
+// Returns the field from a linear solution of its directions, up to the sign. If the readings of
+// one levelness do not determine its direction, it gets the direction from all readings. Returns
+// nullopt if all readings together do not determine the directions.
 std::optional<TableField> linear_start(const ReadingSet& set) {
   if (set.field.turns()) {
     return {};  // a rotating table makes the sum nonlinear

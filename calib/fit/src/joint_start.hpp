@@ -10,9 +10,11 @@
 
 namespace axiscal {
 
-/// R_i rotates the table's frame to the sensor's at reading i. If the rows [1, vec R_i] have rank
-/// 10, linear regression gives M_k = S_k^T f^T for each axis. The direction of f is the first right
-/// singular vector of the matrices M_k stacked below each other.
+/// Computes the directions of the field's parts by linear regression.
+///
+/// Let R_i be the rotation from the table's frame to the sensor's frame at reading i. If the rows
+/// [1, vec R_i] have rank 10, the regression gives M_k = S_k^T f^T for each axis. The direction of
+/// f is the first right singular vector of the matrices M_k stacked below each other.
 ///
 /// For the sum of a local and an induced part, the columns are [1, vec R_i, level_i vec R_i], and
 /// the rank is 19.
@@ -23,8 +25,8 @@ namespace axiscal {
 [[nodiscard]] Eigen::VectorXd linear_directions(const ReadingSet& set,
                                                 const std::vector<Eigen::Index>& rows);
 
-/// The starting points: the linear solution; otherwise the given direction; otherwise directions
-/// over the whole sphere.
+/// Returns the starting points of the search. They are the linear solution if there is one,
+/// otherwise the given direction, otherwise directions over the whole sphere.
 /// @return one start or several, each with all the field's vectors.
 [[nodiscard]] std::vector<TableField> start_fields(const ReadingSet& set);
 

@@ -82,8 +82,8 @@ void test_axis(const PoseMeans& means, LackOfFit& test) {
   if (!(free > 0.0)) {
     return;
   }
-  // M projects on the directions orthogonal to the design; `share` is the fraction of V that is
-  // scatter there.
+  // M projects onto the directions orthogonal to the design. `share` is the mean fraction of V in
+  // these directions that is the scatter of the readings.
   const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(X.rows(), X.rows()) - X * inverse;
   const Eigen::MatrixXd back = whitening.transposed_times(M);
   const double share = (back.cwiseAbs2().array().colwise() * of_scatter.array()).sum() / free;

@@ -18,10 +18,11 @@ namespace {
 
 constexpr double unlevel_below = 0.005;  // probability below which a face disagrees
 
-// The pairs of one rest face in one block: their half differences are contrasts of their readings.
+// The pairs of opposite positions (opposite fence faces) of one rest face in one block. The half
+// differences of a pair are contrasts of its readings.
 using FacePairs = std::vector<const OppositePair*>;
 
-// The pairs of each face, sorted by block and rest face.
+// Returns the pairs of each face, sorted by block and rest face.
 std::vector<FacePairs> sorted_faces(const std::vector<OppositePair>& pairs) {
   const Groups by_face = pairs_by_face(pairs);
   std::vector<FacePairs> faces(by_face.size());
@@ -38,8 +39,8 @@ std::vector<FacePairs> sorted_faces(const std::vector<OppositePair>& pairs) {
   return faces;
 }
 
-// The readings of a face, and its half differences as contrasts of these readings, a row for each
-// pair. One object serves all faces in turn, so that they share memory.
+// The readings of a face, and a matrix that maps them to half differences, one row for each pair.
+// One object is used for all faces in turn, to save memory.
 struct FaceContrasts {
   void take(const FacePairs& face) {
     readings.clear();

@@ -10,12 +10,14 @@
 
 namespace axiscal {
 
-/// True if there are enough readings for a jackknife over tenths of the recording.
+/// True if there are enough readings for a jackknife that leaves out one tenth of the recording at
+/// a time.
 [[nodiscard]] bool is_long_recording(Eigen::Index readings);
 
 /// Replaces the covariance of a long recording, because its consecutive readings are correlated.
-/// The new covariance is that of the jackknife over tenths, a component "correlation" with 9
-/// degrees of freedom. The intervals are computed from it.
+/// The new covariance is a component "correlation" with 9 degrees of freedom. It comes from the
+/// jackknife, which leaves out one tenth of the recording at a time. The intervals are computed
+/// from it.
 ///
 /// @param uncertainties  standard uncertainties of the parameters, from jackknife_uncertainty(). If
 ///                       one of them is NaN, only a note is added.
@@ -32,7 +34,7 @@ void add_correlation(const Eigen::VectorXd& uncertainties,
                      double degrees_of_freedom,
                      FitStatistics& statistics);
 
-/// The note about a recording that is short relative to the correlation of its noise.
+/// Returns a note if a recording is short relative to the correlation length of its noise.
 /// @param independent  number of independent readings that the recording is equivalent to.
 /// @return one remark, or an empty list.
 [[nodiscard]] std::vector<std::string> remarks_on_length(double independent);

@@ -154,7 +154,7 @@ EllipsoidFit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
   return fit;
 }
 
-// The readings that the fit predicts without noise.
+// Returns the readings that the fit predicts, without noise.
 Eigen::MatrixXd on_the_ellipsoid(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   const Eigen::Matrix3d S = at.A.inverse();
   Eigen::MatrixXd exact(cloud.size(), 3);
@@ -165,7 +165,7 @@ Eigen::MatrixXd on_the_ellipsoid(const EllipsoidCloud& cloud, const Ellipsoid& a
   return exact;
 }
 
-// Noise of standard deviation 1 for a reading of weight 1.
+// Simulates noise that has the standard deviation 1 for a reading of weight 1.
 Eigen::MatrixXd noise_of(const EllipsoidCloud& cloud, RandomStream& random) {
   const Eigen::Matrix3d root = Whitening(cloud.noise).root();
   Eigen::MatrixXd noise(cloud.size(), 3);
@@ -176,7 +176,8 @@ Eigen::MatrixXd noise_of(const EllipsoidCloud& cloud, RandomStream& random) {
   return noise;
 }
 
-// The estimate's bias of order sigma^2: the mean of refits to simulated readings, minus the fit.
+// Returns the bias of the estimate of order sigma^2: the mean of refits to simulated readings,
+// minus the fit.
 EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const EllipsoidFit& fit) {
   constexpr int pairs = 40;
   // The bias does not depend on repeats of the same directions, so this many rows are enough.
@@ -223,8 +224,8 @@ LagOneCorrelation likeness_of_neighbours(const Eigen::VectorXd& r) {
           .beyond_chance = std::abs(correlation) * std::sqrt(static_cast<double>(r.size()))};
 }
 
-// True if the residuals may be independent normal noise: consecutive ones are not correlated, as
-// they are if an instrument is turned by hand, and there is no outlier.
+// True if the residuals may be independent normal noise: consecutive residuals are not correlated,
+// and there is no outlier. If an instrument is turned by hand, they usually are correlated.
 bool is_plain_noise(const EllipsoidFit& fit) {
   const Eigen::VectorXd& r = fit.linear.residuals;
   const auto n = static_cast<double>(r.size());
@@ -280,15 +281,17 @@ Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) 
   return all;
 }
 
-// The changes of b and S when tenths of the readings are left out, 12 x 10, in the cloud's units.
+// Returns the changes of b and S if each tenth of the readings in turn is left out; 12 x 10, in the
+// cloud's units.
 // @param independent  receives the number of independent readings that the recording is equivalent
 //                     to.
 Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
                                  const Eigen::MatrixXd& T,
                                  double& independent) {
   const Linearised at_solution = all_columns(fit);
-  // The correlation lengths of the deviations, and of their components along each axis. While the
-  // instrument turns, slow noise of an axis becomes fast noise of |f|.
+  // The longest correlation length of the deviations and of their components along each axis. The
+  // components are needed because slow noise of an axis becomes fast noise of |f| while the
+  // instrument turns.
   double longest = correlation_length(at_solution.residuals);
   for (Eigen::Index k = 0; k < 3; ++k) {
     longest = std::max(
@@ -302,7 +305,7 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
 // For each further term of the fit: the change of the readings per unit of the term, n x 3.
 using TermChanges = std::vector<Eigen::MatrixX3d>;
 
-// A squared term of each axis, which is subtracted from its reading.
+// Returns the squared terms of the three axes. Each is subtracted from the reading of its axis.
 TermChanges squared_terms(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   TermChanges terms(3, Eigen::MatrixX3d::Zero(cloud.size(), 3));
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
@@ -314,9 +317,9 @@ TermChanges squared_terms(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   return terms;
 }
 
-// The lag of a low-pass filter. While the field turns by an angle a from one reading to the next, a
-// filter of time constant tau shortens the reading by the fraction tau^2 a^2 / 2 (tau in readings).
-// The term lengthens it again; its coefficient is tau^2.
+// Returns the term for the lag of a low-pass filter. Let the field turn by an angle a from one
+// reading to the next. A filter with the time constant tau, measured in readings, then shortens the
+// reading by the fraction tau^2 a^2 / 2. The term restores the length; its coefficient is tau^2.
 TermChanges lag_term(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   const Eigen::MatrixX3d f = (cloud.v.rowwise() - at.b.transpose()) * at.A.transpose();
   const Eigen::Index n = cloud.size();
@@ -331,7 +334,7 @@ TermChanges lag_term(const EllipsoidCloud& cloud, const Ellipsoid& at) {
 Eigen::MatrixXd changes_with(const TermChanges& terms, const EllipsoidFit& fit) {
   Eigen::MatrixXd columns(fit.linear.jacobian.rows(), static_cast<Eigen::Index>(terms.size()));
   for (std::size_t j = 0; j < terms.size(); ++j) {
-    // The derivative of |f| by a reading is minus its derivative by the bias.
+    // The derivative of |f| with respect to a reading is minus the one with respect to the bias.
     columns.col(static_cast<Eigen::Index>(j)) =
         -fit.linear.jacobian.leftCols<3>().cwiseProduct(terms[j]).rowwise().sum();
   }
@@ -433,7 +436,7 @@ void test_squares(const ReadingSet& set,
   }
 }
 
-// Includes the correlation of consecutive readings in the intervals.
+// Widens the intervals if consecutive readings are correlated.
 // @param to_parameters  derivative of the parameters with respect to the nine unknowns, 12 x 9.
 void add_noise_of_order(const EllipsoidFit& fit,
                         const Eigen::MatrixXd& to_parameters,
@@ -455,7 +458,8 @@ void add_noise_of_order(const EllipsoidFit& fit,
   if (!noise || !(noise->correlation > slight)) {
     return;
   }
-  // The estimate is not changed. Its difference from the models' estimate adds to the uncertainty.
+  // The estimate is not changed. Its difference from the estimate with correlated noise is added to
+  // the uncertainty.
   const Eigen::MatrixXd C = noise->covariance + noise->estimate * noise->estimate.transpose();
   const Eigen::MatrixXd to = with_further(to_parameters, fit);
   add_correlation((to * C * to.transpose()).diagonal().cwiseSqrt(), noise->degrees_of_freedom,
@@ -472,8 +476,9 @@ void add_noise_of_order(const EllipsoidFit& fit,
   }
 }
 
-// The likely cause of the failure, for the message: a dead axis, scatter, or too few orientations.
-// It is found from the sphere through the readings, because scatter stretches an ellipsoid.
+// Returns the likely cause of the failure, for the message: a dead axis, scatter, or too few
+// orientations. It is found with the sphere through the readings, because scatter distorts the
+// fitted ellipsoid.
 std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   const Eigen::RowVector3d range = cloud.v.colwise().maxCoeff() - cloud.v.colwise().minCoeff();
   Eigen::Index least = 0;
@@ -513,8 +518,8 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
       covered);
 }
 
-// Throws if many different ellipsoids fit the readings: orientations that are close together or in
-// one plane, or readings that scatter too much.
+// Throws if many different ellipsoids fit the readings. This happens if the orientations are close
+// together or in one plane, or if the readings scatter too much.
 void require_determined(const ReadingSet& set,
                         const EllipsoidCloud& cloud,
                         const EllipsoidFit& fit,

@@ -28,7 +28,8 @@ struct PointAlignment {
   Eigen::Vector3d in_table;
 };
 
-// Q f_i = R_i f for the measured fields f_i and the field f in the table, of length F.
+// Finds the rotation Q and the field f in the table, of length F, for which Q f_i = R_i f. The f_i
+// are the measured fields, and R_i rotates the table's frame to the sensor's frame.
 class AlignmentProblem {
  public:
   using State = PointAlignment;

@@ -43,7 +43,8 @@ Eigen::MatrixXd change_of_scale(const ReadingSet& set, const Solution& solution)
   return change;
 }
 
-// Basis of the shared unknowns that are determined, with (basis)^T (information) (basis) = 1.
+// Returns a basis B of the shared unknowns that the readings determine. It satisfies B^T
+// (information) B = 1.
 Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigma) {
   const Eigen::Index s = solution.shared_count();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(s, s);
@@ -86,8 +87,8 @@ class ModelProblem {
       linear.jacobian.middleRows(n * k, n) = axis.projected / sigma_(k);
       whole += axis.shared_squares.sum() / (sigma_(k) * sigma_(k));
     }
-    // Added columns have other units, so the limit is 0. If they are undetermined, the hypothesis
-    // is not fitted.
+    // The added columns may have any unit, so the limit is 0 if there are any. If they are
+    // undetermined, the hypothesis is not fitted.
     linear.open_below = at->place.added.size() > 0 ? 0.0 : Model::open_below * std::sqrt(whole);
   }
 
@@ -199,8 +200,8 @@ Place Model::start(TableField field) const {
   return place;
 }
 
-// The readings with the temperature scales and the mounts' rotations of a place; nullopt if the
-// place has neither.
+// Returns the readings with the temperature scales and the mounts' rotations of a place; nullopt if
+// the place has neither.
 std::optional<ReadingSet> Model::readings_at(const Place& place) const {
   if (place.scale.size() == 0 && place.mounts.empty()) {
     return std::nullopt;
@@ -213,7 +214,8 @@ std::optional<ReadingSet> Model::readings_at(const Place& place) const {
   return set;
 }
 
-// A rotation d of the instrument changes the field f in its frame by d x f = -[f]x d.
+// Returns the derivatives of the field with respect to the rotations of the mounts. A rotation d of
+// the instrument changes the field f in its frame by d x f = -[f]x d.
 Eigen::MatrixXd Model::changes_with_mounts(const ReadingSet& set, const Place& place) const {
   const Eigen::MatrixXd C = contrasts(free_mounts_.size());
   Eigen::MatrixXd changes(3 * set.size(), 3 * C.cols());
@@ -355,8 +357,8 @@ GaussNewtonResult<std::shared_ptr<const Solution>> Model::solved(
   if (is_linear() || (start->shared_count() == 0 && readings_.temperature.order == 0)) {
     return {.state = std::move(start), .rounds = 0, .left_to_go = 0.0, .converged = true};
   }
-  // The fit with the columns d^j (S f) already includes a change of the scale before moved() stores
-  // the change in the place. Storing it need not reduce the cost.
+  // The cost may increase slightly: the columns d^j (S f) already fit a change of the temperature
+  // scale, and the change is stored in the place by moved() only afterwards.
   const double slack = readings_.temperature.order > 0 ? 0.01 : GaussNewtonOptions().slack;
   return gauss_newton(ModelProblem(*this, sigma), std::move(start),
                       {.most_rounds = most_rounds, .slack = slack});

@@ -14,13 +14,14 @@
 namespace axiscal {
 namespace {
 
-// If the light gives less than this fraction of an axis's full response, the reading is not used.
-// The edge of a housing may shade the axis, and noise must not decide whether the reading counts.
+// If the response to the light is less than this fraction of an axis's full response, the axis does
+// not use the reading. The edge of a housing may shade the axis at such angles, and noise could
+// decide whether the reading is used.
 constexpr double grazing = 0.05;
 
 // The readings and the lights that the axes see.
 struct Sight {
-  AxisMask counted;               // n x m: the readings that count for each axis
+  AxisMask counted;               // n x m: true if the axis uses the reading
   std::vector<AxisMask> visible;  // n x m for each part if a light stays on; else empty
 
   friend bool operator==(const Sight& a, const Sight& b) {
@@ -30,7 +31,8 @@ struct Sight {
   }
 };
 
-// True if this part of the field is a light that stays on, and other parts can be set.
+// True if this part of the field is a light that stays on: one of several lights, whose strength is
+// not set by the level.
 bool stays_on(const ReadingSet& set, std::size_t part) {
   return set.field.is_sum() && !set.rotation_sensor_from_table.empty() &&
          !set.field.parts()[part].set_by_level;
@@ -76,8 +78,9 @@ std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen:
   return dark;
 }
 
-// A first guess from the readings only. An axis sees a switched light if it reads clearly more than
-// in the dark. It sees a light that stays on if its dark reading is larger than in other poses.
+// Guesses from the readings only which lights each axis sees. An axis sees a switched light if it
+// reads clearly more than in the dark. It sees a light that stays on if its dark reading in this
+// pose is clearly larger than its smallest reading.
 Sight sight_by_readings(const ReadingSet& set) {
   Sight sight = everything(set);
   const bool never_dark = !sight.visible.empty();
@@ -119,8 +122,8 @@ Sight sight_by_readings(const ReadingSet& set) {
   return sight;
 }
 
-// The directions of the lights that are on at a reading, in the sensor's frame, except lights that
-// always stay on. The directions of stated lamps are included.
+// Returns the directions of the lights that are on at a reading, in the sensor's frame. The
+// directions of stated lamps are included; lights that always stay on are not.
 std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
                                        std::size_t reading,
                                        const TableField& field) {
@@ -144,10 +147,10 @@ std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
   return lights;
 }
 
-// The lights that the axes see according to the fitted model. A reading counts for an axis if every
-// switched light is in front of the axis, and if a light that stays on is clearly in front of it or
-// clearly behind it. A light that stays on is ignored if its effect on the axis is too small to be
-// separated from noise.
+// Finds the lights that each axis sees according to the fitted model. An axis uses a reading if
+// every switched light is in front of the axis, and if each light that stays on is clearly in front
+// of it or clearly behind it. A light that stays on is ignored if its effect on the axis is too
+// small to be separated from noise.
 Sight sight_by_model(const ReadingSet& set, const Estimate& estimate) {
   Sight sight = everything(set);
   for (Eigen::Index i = 0; i < set.size(); ++i) {

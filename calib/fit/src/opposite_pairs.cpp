@@ -51,7 +51,7 @@ Eigen::Matrix3d mean_met(const ReadingSet& set, std::span<const std::size_t> row
   return weights > 0.0 ? Eigen::Matrix3d(sum / weights) : set.met_of_field(rows.front());
 }
 
-// Least squares of two unknowns over some faces.
+// The least-squares solution for the field's two components in the table's plane, from some faces.
 struct PlaneFit {
   bool determined = false;
   Eigen::Vector2d f = Eigen::Vector2d::Zero();
@@ -112,6 +112,7 @@ Differences differences_by_face(const std::vector<OppositePair>& pairs,
   return all;
 }
 
+// Solves d = G f by least squares.
 // @param smallest_pivot  if the relative length of the second column after projection is not larger
 //                        than this, the two components are not determined.
 PlaneFit fit_plane(const Eigen::Ref<const Eigen::MatrixX2d>& G,
@@ -202,8 +203,8 @@ PlaneFits fit_planes(const Differences& differences, const FacesByLevel& levels)
   return all;
 }
 
-// The p-value of an F test of nested models: one slope for all blocks against one slope for each
-// block.
+// Returns the p-value of an F test of nested models: one slope for all blocks, or one slope for
+// each block.
 double block_p_value(const ReadingSet& set, const Differences& differences, const PlaneFit& all) {
   const Groups by_block(differences.faces.size(),
                         [&](std::size_t f) { return differences.faces[f].pair->block; });
@@ -354,9 +355,9 @@ void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
 
 namespace {
 
-// If the cube is not seated the same way each time, the slope of each face has an error. The
-// scatter of the differences shows only part of this error. The larger of the two standard errors
-// is used.
+// Increases the standard errors of the slope if the slopes of the faces scatter more than expected.
+// They scatter if the cube is not seated the same way each time. The standard errors from the
+// differences include only part of this error, so the larger standard error is used.
 void count_scatter_of_faces(Levelness& levelness) {
   constexpr std::size_t fewest = 4;
   if (levelness.estimates.size() < fewest || !(levelness.degrees_of_freedom > 0.0)) {

@@ -12,7 +12,8 @@
 
 namespace axiscal {
 
-/// The readings of two opposite positions: one rest face, turned by 180 degrees.
+/// The readings of two opposite positions: the same rest face and opposite fence faces, so the cube
+/// is turned by 180 degrees on the table.
 struct OppositePair {
   DesignPoint point;  // rest face with the positive fence face
   int block = 1;
@@ -32,7 +33,8 @@ struct OppositePair {
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
 };
 
-/// Pairs within blocks and levels, with repeats averaged; and the readings without an opposite.
+/// The pairs of opposite positions with the same block, level and temperature, with repeats
+/// averaged; and the readings without an opposite position.
 struct OppositePairs {
   std::vector<OppositePair> pairs;  // ordered by the first reading of each pair
   std::vector<std::size_t> unpaired;
@@ -57,7 +59,8 @@ struct OppositePairs {
 ///         differences determine the slope.
 [[nodiscard]] Groups pairs_by_face(const std::vector<OppositePair>& pairs);
 
-/// The field's components in the table's plane from the half differences (method.md, section 5).
+/// Computes the field's components in the table's plane from the half differences (method.md,
+/// section 5).
 ///
 /// @param field  the fitted field, with one vector for each levelness. The component along the
 ///               normal cancels in the differences only if the field is constant.

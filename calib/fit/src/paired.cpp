@@ -19,8 +19,9 @@
 namespace axiscal {
 namespace {
 
-// Averages of opposite positions contain only the field's component along the table's normal. Their
-// relative errors grow as F over this component.
+// The average of two opposite positions (opposite fence faces) contains only the field's component
+// along the table's normal. If this component is small, the relative errors are large, in
+// proportion to F divided by the component.
 constexpr double smallest_normal_part = 0.05;
 constexpr const char* in_plane_message =
     "method paired: the field lies almost in the table's plane, so it cancels in averages of "
@@ -116,7 +117,7 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
   return row;
 }
 
-// The data of the axes from `first` on that have the same columns and weights.
+// Returns the data of the axes from `first` on, as far as they have the same columns and weights.
 AxesData axes_data(const ReadingSet& set,
                    const Pooled& pooled,
                    Eigen::Index first,
@@ -181,7 +182,7 @@ Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   return estimates;
 }
 
-// The field turned by the measured slope; its length stays F.
+// Returns the field turned by the measured slope; its length stays F.
 TableField turned_by(const Levelness& levelness, double F, const TableField& field) {
   std::vector<Eigen::Vector3d> turned;
   for (std::size_t s = 0; s < field.size(); ++s) {
@@ -192,7 +193,8 @@ TableField turned_by(const Levelness& levelness, double F, const TableField& fie
   return field.with(std::move(turned));
 }
 
-// The largest change of a scale over the temperatures of the run, relative to the response.
+// Returns the largest change of a temperature scale over the temperatures of the run, relative to
+// the response.
 double change_of_scale(const ReadingSet& set, const Estimate& estimate) {
   double change = 0.0;
   for (int j = 0; j < set.temperature.order; ++j) {

@@ -59,8 +59,8 @@ class PolarProblem {
   [[nodiscard]] double cost(const PolarParameters& at, const Linear& /*before*/) const {
     return residuals(at).squaredNorm();
   }
-  // The change of the readings by the step, relative to the readings. The step itself is no
-  // measure, because the azimuth is arbitrary if the coning angle is 0.
+  // Returns the change of the readings by the step, relative to the readings. The length of the
+  // step itself is not meaningful, because the azimuth is arbitrary if the coning angle is 0.
   [[nodiscard]] double length(const PolarParameters& /*at*/,
                               const PolarParameters& step,
                               const Linear& there) const {
@@ -105,7 +105,7 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
   fit.rounds = found.rounds;
   fit.converged = found.converged;
   fit.bias = p(0);
-  // The same row in the form that records use: coning angle from 0 to pi/2.
+  // Converts the row to the form that records use, with a coning angle from 0 to pi/2.
   fit.form = polar_from_sensitivity(row_of(p, nominal_axis, convention), nominal_axis, convention);
   fit.residual_sd = n > 4
                         ? std::sqrt(problem.residuals(p).squaredNorm() / static_cast<double>(n - 4))

@@ -53,7 +53,7 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
   return Eigen::MatrixXd::Ones(n, m);
 }
 
-// The second fields. Throws if the direction of one is not known in the table.
+// Returns the second fields. Throws if the direction of one of them in the table is not known.
 std::vector<FieldDescription> second_fields(const Experiment& experiment) {
   std::vector<FieldDescription> fields;
   for (const FieldSetup& also : experiment.also) {
@@ -101,7 +101,8 @@ void require_runs_to_leave_out(const Experiment& experiment, const Observations&
   }
 }
 
-// The mean time of the readings, if the field moves and all of them have times.
+// Returns the mean time of the readings; nullopt if the field does not move, or if a reading has no
+// time.
 std::optional<double> mean_time_of(const Experiment& experiment,
                                    const Observations& observations,
                                    const std::vector<std::size_t>& rows) {

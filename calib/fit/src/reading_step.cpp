@@ -15,8 +15,8 @@ namespace {
 constexpr double by_chance = 0.001;  // a step that is more probable by chance is rejected
 constexpr double steps_tried = 20.0;
 
-// The nearest integer. It is faster than std::round, which is a function call unless the processor
-// is known to have a rounding instruction.
+// Returns the nearest integer. This is faster than std::round, which is a function call unless the
+// processor is known to have a rounding instruction.
 double nearest(double value) {
   constexpr double all_are_whole = 4503599627370496.0;  // 2^52
   if (!(std::abs(value) < all_are_whole)) {
@@ -25,7 +25,7 @@ double nearest(double value) {
   return static_cast<double>(static_cast<std::int64_t>(value < 0.0 ? value - 0.5 : value + 0.5));
 }
 
-// Whether readings differ by whole steps.
+// True if the readings are multiples of the step apart.
 bool are_multiples(const std::vector<double>& readings, double step) {
   return std::all_of(readings.begin(), readings.end(), [&](double reading) {
     const double steps = (reading - readings.front()) / step;
@@ -34,7 +34,8 @@ bool are_multiples(const std::vector<double>& readings, double step) {
   });
 }
 
-// The number of decimals of all values; nullopt if they need the full precision of doubles.
+// Returns the number of decimals that all values need; nullopt if they need the full precision of
+// doubles.
 std::optional<int> decimals_of(const std::vector<double>& values) {
   constexpr int most = 15;
   constexpr double largest_whole = 4503599627370496.0;  // 2^52
@@ -53,8 +54,8 @@ std::optional<int> decimals_of(const std::vector<double>& values) {
   return std::nullopt;
 }
 
-// The step in units of the last digit: the greatest common divisor of the differences of all
-// distinct values; 1 if a larger one may be chance.
+// Returns the step in units of the last digit: the greatest common divisor of the differences
+// between the distinct values. Returns 1 if a larger divisor may be chance.
 double digits_of_step(const std::vector<double>& distinct, double per_unit) {
   std::int64_t common = 0;
   const auto first = static_cast<std::int64_t>(std::llround(distinct.front() * per_unit));
@@ -66,8 +67,8 @@ double digits_of_step(const std::vector<double>& distinct, double per_unit) {
   return g > 1.0 && steps_tried * std::pow(g, -others) < by_chance ? g : 1.0;
 }
 
-// A step that the digits do not show, for example of counts multiplied by a factor: the smallest
-// gap between values, or an integer fraction of this gap.
+// Finds a step that the digits do not show, for example the step of counts multiplied by a factor.
+// It is the smallest gap between values, or an integer fraction of this gap.
 // @param tolerance  half of the last digit.
 std::optional<double> scaled_step(const std::vector<double>& distinct, double tolerance) {
   double gap = std::numeric_limits<double>::infinity();
@@ -92,8 +93,9 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     double products = 0.0;
     double squares = 0.0;
     bool fits = true;
-    // From small to large differences, so that the step becomes accurate enough to count more
-    // steps. The loop ends if a difference is off by more than the sum of all tolerances.
+    // The loop goes from small to large differences. Each difference makes the step more accurate,
+    // so that the number of steps in the next, larger one can be counted. The loop ends if a
+    // difference is off by more than the sum of all tolerances.
     for (std::size_t i = 1; i < distinct.size() && fits; ++i) {
       const double difference = distinct[i] - distinct.front();
       const double count = nearest(difference / step);
@@ -123,6 +125,7 @@ struct WideStep {
   double steps = 1.0;           // size of the wider step, in units of the step of all readings
 };
 
+// Finds the widest step that the first readings have in common.
 // @param readings  the readings in the order of the search.
 // @param least     the rounding step that all readings have.
 WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
@@ -146,7 +149,8 @@ WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
   return widest;
 }
 
-// Raises the steps of large readings, range by range from the largest readings down.
+// Increases the steps of large readings. It goes through the measuring ranges, starting with the
+// largest readings.
 void add_steps_by_range(const Eigen::MatrixXd& response,
                         const Eigen::MatrixXd& weights,
                         Eigen::MatrixXd& steps) {

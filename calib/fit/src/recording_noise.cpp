@@ -6,8 +6,8 @@ namespace axiscal {
 std::optional<CorrelatedFit> noise_of_recording(const Linearised& at_solution,
                                                 const Eigen::MatrixX3d& along) {
   constexpr Eigen::Index fewest_left = 4;
-  // For longer recordings the jackknife over tenths suffices, and correlations may exceed the
-  // models' grid.
+  // For longer recordings the jackknife, which leaves out one tenth of the readings at a time, is
+  // sufficient. Their correlations may also exceed the range of the models.
   constexpr Eigen::Index most = 5000;
   const Eigen::Index n = at_solution.jacobian.rows();
   if (n < at_solution.jacobian.cols() + fewest_left || n > most ||

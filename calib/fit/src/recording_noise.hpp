@@ -11,8 +11,8 @@
 namespace axiscal {
 
 /// Tests whether the deviations of a recording, in order, are more correlated than white noise
-/// (one-sided, 10 %). If so, it gives the change of the unknowns and their covariance, as means
-/// over models of such noise.
+/// (one-sided, 10 %). If they are, the unknowns are estimated with several models of correlated
+/// noise. The result is the mean change of the unknowns over the models, and its covariance.
 ///
 /// @param at_solution  deviations, and their Jacobian with respect to the unknowns.
 /// @param along        n x 3: the derivative of each deviation with respect to the three axes'

@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// An orthonormal basis of changes of B values that sum to 0, B x (B - 1); if requested without a
-// trend over `at`, B x (B - 2).
+// Returns an orthonormal basis of the changes of B values that sum to 0; B x (B - 1). If
+// `without_trend` is true, the changes also have no linear trend over `at`; B x (B - 2).
 Eigen::MatrixXd contrasts(const Eigen::VectorXd& at, bool without_trend) {
   const Eigen::Index B = at.size();
   Eigen::MatrixXd fixed(B, without_trend ? 2 : 1);
@@ -52,8 +52,8 @@ Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
 
 namespace {
 
-// With more small blocks than this, the block numbers are not those of repeated readings, but
-// another numbering of the readings. Blocks are then ignored.
+// The largest number of small blocks. If there are more, the block numbers do not mark repeated
+// readings but number the readings in another way, and blocks are ignored.
 constexpr std::size_t most_small_blocks = 12;
 
 // Adds a column for each block with few readings, after the columns of the other blocks.
@@ -181,8 +181,8 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     block.count += 1.0;
     block.progress += progress(row);
   }
-  // A block of a few repeated readings gets its own bias, which does not count in the scatter of
-  // the biases.
+  // A block with few readings contains repeated readings. It gets its own bias, which is not part
+  // of the scatter of the blocks' biases.
   std::map<int, Eigen::Index> small;  // number of each small block, and its column
   std::erase_if(seen, [&](const auto& one) {
     const bool is_small = one.second.readings.minCoeff() < fewest_readings_of_block;
@@ -233,7 +233,8 @@ RunEffects run_effects(const std::vector<Reading>& readings,
 
 namespace {
 
-// The interpolated index of a number in a sorted list; outside the list it continues with slope 1.
+// Returns the interpolated index of a number in a sorted list. Outside the list, the index
+// continues with slope 1.
 double place_among(const std::vector<double>& numbers, double number) {
   const auto above = std::upper_bound(numbers.begin(), numbers.end(), number);
   if (above == numbers.begin()) {
@@ -255,8 +256,9 @@ Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
   if (columns.cols() == 0) {
     return columns;
   }
-  // The position in the run, from -1/2 to 1/2 over the readings of the run: by time, or by the
-  // index of the run number among those of the run.
+  // The position of a reading relative to the run, from -1/2 to 1/2 within the run. It is computed
+  // from the times. Without times, it is computed from the index of the run number in the sorted
+  // run numbers of the run.
   const bool timed =
       std::all_of(run.begin(), run.end(), [](const Reading& r) { return r.time_s; }) &&
       std::all_of(others.begin(), others.end(), [](const Reading& r) { return r.time_s; });

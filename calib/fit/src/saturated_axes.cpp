@@ -70,8 +70,9 @@ double probability_of(double excess, double sd, double degrees_of_freedom) {
   return sd > 0.0 ? upper_tail(excess / sd, degrees_of_freedom) : 1.0;
 }
 
-// The probability that the readings at the extreme value are this far below the prediction of the
-// other readings by chance; nullopt if the others do not determine the fit.
+// Returns the probability that the readings at the extreme value are so far short of the prediction
+// by chance. The prediction is computed from the other readings; nullopt if they do not determine
+// the fit.
 std::optional<double> p_by_others(const ReadingSet& set,
                                   const Eigen::MatrixXd& design,
                                   const EndOfAxis& end) {
@@ -100,7 +101,7 @@ std::optional<double> p_by_others(const ReadingSet& set,
       static_cast<double>(nu));
 }
 
-// The probability for method magnitude, for which only the readings give the directions of the
+// Like p_by_others(), for method magnitude: only the readings determine the directions of the
 // field.
 double p_by_magnitude(const ReadingSet& set,
                       const Estimate& estimate,

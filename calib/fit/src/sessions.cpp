@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// The set with only the given rows.
+// Returns the set with only the given rows.
 ReadingSet part_of(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
   ReadingSet part = set;
   part.readings.clear();

@@ -52,8 +52,8 @@ Direction direction_of(const Calibration& accelerometer,
   return direction;
 }
 
-// The derivative of a cube's attitude with respect to its normals: the rotation vector of dC C^T.
-// It follows from the change of each of the table's axes by dC.
+// Computes the derivative of a cube's attitude C with respect to the face normals, as the rotation
+// vector of dC C^T. It is found from the changes of the table's three axes by dC.
 Eigen::Matrix3Xd attitude_errors(const Positioner& positioner,
                                  const Eigen::Matrix3d& rotation_sensor_from_positioner,
                                  const DesignPoint& point,
@@ -124,8 +124,9 @@ void set_earth_rotation(const std::optional<Site>& site,
 
 namespace {
 
-// If the rests drift, or if consecutive rests are correlated, the biases become those of the middle
-// of the log, and their covariance includes the drift or the correlation.
+// Tests whether the biases at the rests drift over the log, and whether consecutive ones are
+// correlated. If so, the result is the biases in the middle of the log, and their covariance
+// includes the drift or the correlation.
 void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   const Eigen::Index n = means.rows();
   if (!(fit.sd.minCoeff() > 0.0)) {
@@ -180,8 +181,8 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   }
 }
 
-// Estimates the change of the bias from rest to rest, by drift, warm-up or attitude. It is at most
-// the whole scatter of the rests.
+// Estimates the standard deviation of the bias from rest to rest, which drift, warm-up or attitude
+// may cause. It is at most the scatter of the rests, which also includes noise.
 void compare_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& mean_u, RestFit& fit) {
   constexpr double coverage = 0.95;
   const auto left = static_cast<double>(means.rows() - 1);

@@ -48,8 +48,9 @@ struct SharedErrors {
   Eigen::MatrixXd columns;  // 3 n x q: their effect on the residuals
 };
 
-// The effect of an error of the Earth's rotation on the residuals. The attitude continues from turn
-// to turn. If a turn does not follow the one before it, a new unknown heading begins.
+// Computes the effect of errors of the Earth's rotation on the residuals. The heading is unknown.
+// As long as a turn follows the one before it, the attitude continues from turn to turn; otherwise
+// a new unknown heading begins.
 SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& options) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index chains =
@@ -79,7 +80,8 @@ SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& o
           .columns = columns.rightCols(columns.cols() - (options.earth_up_u > 0.0 ? 0 : 1))};
 }
 
-// The effect of errors of the directions, or of the cube's faces, on the residuals.
+// Computes the effect of errors at the rests on the residuals: errors of the directions, or of the
+// cube's faces.
 SharedErrors errors_at_rests(const TurnSystem& system) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index parts = system.turns.front().errors_before.cols();
@@ -156,7 +158,8 @@ class TurnWeighing {
     return rows_ * static_cast<Eigen::Index>(unit);
   }
 
-  // The rows of all turns that contain information, unit below unit.
+  // Returns the rows of all turns, with only the components that contain information, ordered by
+  // units.
   [[nodiscard]] Eigen::MatrixXd by_units(const Eigen::MatrixXd& by_turns) const {
     Eigen::MatrixXd rows =
         Eigen::MatrixXd::Zero(rows_ * static_cast<Eigen::Index>(units_.size()), by_turns.cols());
@@ -171,8 +174,9 @@ class TurnWeighing {
     return rows;
   }
 
-  // The unknowns are the sensitivities, the biases, and the errors shared by the turns. If the
-  // biases are not free, their standard deviations are a prior.
+  // Fills in the columns of the problem. The unknowns are the sensitivities, the biases, and the
+  // errors shared by the turns. If the biases are not fitted, their covariance from the rests is a
+  // prior.
   void put_columns(bool fit_bias) {
     const bool prior = !fit_bias && rests_.bias_covariance.trace() > 0.0;
     const Eigen::Index free = 9 + (fit_bias ? 3 : 0);
@@ -223,10 +227,11 @@ class TurnWeighing {
     return at_rests;
   }
 
-  // The turns of a unit have errors of their own, with root D, and errors of the rests between
-  // them, with root K. In the eigenvectors of D^-1 K K^T D^-1 both covariances are diagonal for any
-  // variances, so each row becomes a unit of its own. If the rests have no errors, D^-1 is
-  // sufficient.
+  // Makes the errors of all rows independent. The errors of a unit have two parts: the turns' own
+  // errors with root D, and the errors of the rests between the turns with root K. In the
+  // eigenvectors of D^-1 K K^T D^-1 the covariances of both parts are diagonal, whatever their
+  // variances are. Each row can then be treated separately. If the rests have no errors, a division
+  // by D is sufficient.
   void put_scatter(bool by_rests) {
     const Eigen::Index informative = (problem_.W.rowwise().squaredNorm().array() > 0.0).count();
     constexpr Eigen::Index fewest = 18;  // degrees of freedom that separate two variances
@@ -273,7 +278,7 @@ class TurnWeighing {
     problem_.smallest(0) = 1e-6 * mean_square;
   }
 
-  // The contribution of columns with a prior to the covariance.
+  // Returns the contribution of unknowns with a prior to the covariance of the parameters.
   [[nodiscard]] Eigen::MatrixXd share_of_prior(const VarianceFit& fit,
                                                Eigen::Index at,
                                                Eigen::Index columns) const {

@@ -38,9 +38,9 @@ struct WeighedTurns {
   std::vector<UncertaintySource> sources;
 };
 
-/// Generalised least squares, linear in the turns. A turn has its own error and the errors of the
-/// rests at its ends; restricted likelihood estimates the variances. Other shared errors are
-/// unknowns with a prior.
+/// Solves the linearised turns by generalised least squares. Each turn has its own error and the
+/// errors of the rests at its two ends; restricted likelihood estimates the variances of these
+/// errors. Other errors that turns share are unknowns with a prior.
 ///
 /// @param start_sd_rad  approximate standard deviation of a component of a turn's error.
 /// @throws RefusedError  if the turns do not determine the gyroscope and its uncertain bias.
@@ -49,8 +49,8 @@ struct WeighedTurns {
                                        const TurnFitOptions& options,
                                        double start_sd_rad);
 
-/// @return the rests with a smaller between_rests: without the largest effect that the Earth's
-///         rotation can have, because the heading is unknown.
+/// @return the rests with a reduced between_rests. The largest effect that the Earth's rotation can
+///         have on it is removed, because the actual effect depends on the unknown heading.
 /// @param B  the inverse of the sensitivity [rad/s per unit].
 [[nodiscard]] RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B);
 

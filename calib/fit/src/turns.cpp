@@ -221,8 +221,8 @@ Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
   return scale * Eigen::Matrix3d::Identity();
 }
 
-// The derivative of B and the bias with respect to the record's parameters (bias and row k of S,
-// axis by axis): dB = -B dS B.
+// Computes the derivative of B and the bias with respect to the record's parameters: the bias and
+// row k of S, axis by axis. It uses dB = -B dS B.
 Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   Eigen::Matrix<double, 12, 12> change = Eigen::Matrix<double, 12, 12>::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -238,8 +238,9 @@ Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   return change;
 }
 
-// The possible effect of the sampling on the residuals (method.md, section 4, turns): a sixth of
-// the difference between the results without the odd and without the even samples.
+// Estimates the possible effect of the sampling on the residuals (method.md, section 4, turns). The
+// residuals are computed twice, without the odd and without the even samples. The effect is a sixth
+// of the difference.
 class HalvedTurns {
  public:
   explicit HalvedTurns(std::span<const GyroscopeTurn> turns) : turns_(turns) {}
@@ -260,7 +261,8 @@ class HalvedTurns {
         }
         samples[t][3].push_back(time_s);
       };
-      // The gyroscope rests at both ends, so the first or last sample is repeated beyond its end.
+      // The gyroscope is at rest at both ends of a turn. The first or last sample is therefore
+      // repeated one interval outside the turn.
       const std::span<const double> time_s = turns_[t].time_s;
       if (parity == 1) {
         put(0, 2.0 * time_s[0] - time_s[1]);
@@ -291,8 +293,9 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   return names;
 }
 
-// If turns leave a direction of the unknowns undetermined, noise makes its singular value larger
-// than 0, but it remains about a hundred times smaller than the others.
+// Finds the unknowns that the turns do not determine. Noise makes the singular value of an
+// undetermined direction larger than 0, but it remains about a hundred times smaller than the
+// others.
 std::vector<Eigen::Index> open_unknowns(const Eigen::MatrixXd& J) {
   constexpr double open_below = 5e-3;
   return confounded_columns(J, open_below, 0.1);
@@ -322,7 +325,8 @@ void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_
   }
 }
 
-// The revolutions of the instrument from rest to rest; motion in both directions adds up.
+// Returns the number of revolutions of the instrument from rest to rest. Motion in both directions
+// adds up.
 double revolutions_of(const GyroscopeTurn& turn, const TurnFit& fit) {
   double angle_rad = 0.0;
   for (std::size_t i = 1; i < turn.time_s.size(); ++i) {
@@ -333,8 +337,9 @@ double revolutions_of(const GyroscopeTurn& turn, const TurnFit& fit) {
   return angle_rad / (2.0 * std::numbers::pi);
 }
 
-// Whole revolutions do not change the attitude at a rest, so a scale or times that are far off may
-// fit too.
+// Throws if a turn has more revolutions than are possible by hand and the scale of the gyroscope is
+// not given. The check is necessary because whole revolutions do not change the attitude at a rest,
+// so a very wrong scale, or wrong times, may fit too.
 void check_revolutions(std::span<const GyroscopeTurn> turns,
                        const TurnFitOptions& options,
                        TurnFit& fit) {

@@ -74,7 +74,7 @@ class BudgetMaker {
 
   [[nodiscard]] Eigen::Index parameters() const { return statistics_.covariance.rows(); }
 
-  // A change of the sensitivities as a vector of all parameters.
+  // Returns a change of the sensitivities as a vector of all parameters.
   [[nodiscard]] Eigen::VectorXd parameters_of(const SensitivityMatrix& change) const {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(parameters());
     for (Eigen::Index k = 0; k < change.rows(); ++k) {
@@ -143,7 +143,8 @@ class BudgetMaker {
         change * change.transpose());
   }
 
-  // The run linearised about the fit. If the residuals are 0, the directions are treated as known.
+  // Linearises the run about the fit, at the first call. If the residuals are 0, the directions are
+  // treated as known.
   [[nodiscard]] const Fit& run() {
     if (!run_) {
       const bool known = method_kind(calibration_.fit.method).directions_known ||
@@ -156,8 +157,8 @@ class BudgetMaker {
     return *run_;
   }
 
-  // The change of the coefficients for changes of the readings. If the directions are fitted, they
-  // absorb a part of these changes.
+  // Returns the change of the coefficients for changes of the readings. If the directions are
+  // fitted, they absorb a part of these changes.
   [[nodiscard]] Eigen::MatrixXd solution_change(const Eigen::MatrixXd& changes) {
     return run().solution_change(changes)(set_.coefficient_column_indices(), Eigen::all);
   }
@@ -201,8 +202,8 @@ class BudgetMaker {
                        });
   }
 
-  // The scatter does not show all of a rounding step that is wider than the scatter; the missing
-  // part is added.
+  // Adds the part of the rounding error that the scatter does not show. For a rounding step q, the
+  // variance of this part is q^2 / 12 minus the variance of the scatter, if this is positive.
   void add_resolution() {
     const double q = experiment_.stated.resolution;
     if (!(q > 0.0)) {

@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// The readings of one mean have the same pose and level. They also have the same tilt and soak,
-// because the model has separate terms for each tilt and each soak.
+// Readings are averaged only if their design point, mount, level, tilt and soak are equal. Tilt and
+// soak are included, because the model has separate terms for each tilt and each soak.
 using Pose = std::tuple<std::optional<DesignPoint>, int, FieldLevel, std::size_t, int>;
 
 Pose pose_of(const ReadingSet& set, std::size_t i) {
@@ -21,8 +21,9 @@ Pose pose_of(const ReadingSet& set, std::size_t i) {
   return {reading.point, reading.mount, reading.level, set.tilt_of(i), set.soak_of(i)};
 }
 
-// For each mean the positions of its readings, which belong to one pose and one part of the run.
-// The list is empty if the run has more than `most` poses.
+// Returns the groups of readings to average, each as a list of positions. The readings of a group
+// have the same pose and belong to the same part of the run. Returns no groups if the run has more
+// than `most` poses.
 std::vector<std::vector<Eigen::Index>> groups_of(const ReadingSet& set, std::size_t most) {
   std::set<Pose> poses;
   for (std::size_t i = 0; i < set.readings.size() && poses.size() <= most; ++i) {

@@ -20,8 +20,8 @@
 namespace axiscal {
 namespace {
 
-// An explanation is also reported if its log-likelihood is below that of the best explanation by
-// less than this.
+// An explanation is also reported if its log-likelihood exceeds the largest log-likelihood minus
+// this number.
 constexpr double as_likely = 3.0;
 
 constexpr std::size_t most_said = 3;
@@ -49,8 +49,8 @@ std::string better(const SuspectRun& run, const HypothesisFit& fit) {
   return number_text(ratio, ratio < 100.0 ? 2 : static_cast<int>(std::log10(ratio)) + 1);
 }
 
-// Words for a reading that contradicts the others: its value, the expected value, and the value
-// that was probably meant.
+// Returns the words for a reading that contradicts the others: its value, the expected value, and
+// the value that was probably meant.
 std::string expected_words(const SuspectRun& run, const Correction& correction) {
   const bool is_value = correction.code == WarningCode::sign ||
                         correction.code == WarningCode::unit_factor ||
@@ -98,7 +98,7 @@ std::string sentence(const SuspectRun& run, const Explanation& explanation) {
                    advice_of(correction));
 }
 
-// True if two explanations describe the readings equally well. For example, a tilt of the first
+// Returns true if two explanations fit the readings equally well. For example, a tilt of the first
 // reading equals a movement of the table after it.
 bool same_data(const Explanation& a, const Explanation& b) {
   const double difference = std::abs(a.fit.total() / b.fit.total() - 1.0);
@@ -118,8 +118,9 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   return effect;
 }
 
-// The probability that any reading of a good run deviates this far, if its noise has the tails that
-// the other readings show. It is 0 unless the correction is a single outlier or tilted seat.
+// Returns the probability that at least one reading of a run without mistakes deviates as far as
+// the corrected reading, if the noise has the tails that the other readings show. Returns 0 unless
+// the correction is a single outlier or a single tilted seat.
 double p_by_tails(const SuspectRun& run, const Correction& correction) {
   const bool is_single =
       correction.runs.size() == 1 &&
@@ -194,8 +195,9 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   return {.culprit = std::move(result), .remark = {}};
 }
 
-// True if the means of layings scatter more than the readings within a laying. Readings share an
-// error if the cube was not laid again between them. Then only their means are independent.
+// Returns true if the means of layings scatter more than the readings within a laying. A laying is
+// a series of consecutive readings between which the cube was not laid down again. If its readings
+// have a common error, only the means of layings are independent.
 bool scatter_by_layings(const Layings& layings, const Estimate& estimate, bool known_field) {
   constexpr double fewest_within = 6.0;
   if (layings.degrees_of_freedom.minCoeff() < fewest_within) {

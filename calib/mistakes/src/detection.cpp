@@ -22,8 +22,8 @@ constexpr double false_alarm = 0.016;
 // The axes' noise clearly differs if the test for equal scatter has a p-value below this.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
-// If each reading is tested against the others, that test and the tests of other mistakes have
-// these levels.
+// Levels of significance if each reading is tested against the others: of this test, and of the
+// tests of the other mistakes.
 constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
 
@@ -31,7 +31,8 @@ double equality_p_value(const HypothesisFit& fit) {
   return equal_variances_p(fit.rss.cwiseQuotient(fit.degrees_of_freedom), fit.degrees_of_freedom);
 }
 
-// The smallest p-value of the quick tests that delete one reading, with Bonferroni's correction.
+// Returns the smallest p-value of the quick tests that leave out one reading, with Bonferroni's
+// correction for the number of readings.
 double single_p(const SuspectRun& run, const HypothesisFit& fit) {
   double largest = 0.0;  // the largest drop has the smallest p-value
   for (std::size_t i = 0; i < run.count(); ++i) {
@@ -41,7 +42,7 @@ double single_p(const SuspectRun& run, const HypothesisFit& fit) {
                                                                  static_cast<double>(run.m())));
 }
 
-// The smallest p-value of the quick tests of all kinds of mistakes.
+// Returns the smallest p-value of the quick tests of all kinds of mistakes.
 double added_p(const SuspectRun& run, const HypothesisFit& fit) {
   double smallest = 1.0;
   for (const MistakeKind& kind : mistake_kinds()) {
@@ -69,12 +70,12 @@ bool weigh_axes(SuspectRun& run) {
   return true;
 }
 
-// @return a factor of at least 1 for the p-value of a hypothesis, because a noisy axis looks like a
-//         mistake in a few of its readings. Two findings increase the factor: the scatters of the
-//         axes differ without the hypothesis (p-value `equality`), or most of the reduction of the
-//         sum of squares comes from an axis that scatters more than the others even under the
-//         hypothesis. The constants are tuned by simulation: 1 % of good runs with axis noise
-//         1 : 1 : 3 are called bad.
+// Returns a factor of at least 1 that multiplies the p-value of a hypothesis. It is needed because
+// a noisy axis looks like a mistake in a few of its readings. The factor is larger in two cases. In
+// the first case the scatters of the axes differ without the hypothesis (`equality` is the p-value
+// of equal scatters). In the second case most of the reduction of the sum of squares comes from an
+// axis that also scatters more than the others under the hypothesis. The constants are tuned by
+// simulation, so that 1 % of good runs with axis noise 1 : 1 : 3 are called bad.
 double allowance(const SuspectRun& run, const HypothesisFit& with, double equality, bool of_few) {
   if (run.stated_ratio()) {
     return 1.0;
@@ -101,7 +102,8 @@ double nested_p(const SuspectRun& run, const HypothesisFit& with) {
                      : 1.0;
 }
 
-// The p-value with each axis in units of its own scatter. Fisher's method combines the axes.
+// Returns the p-value of nested F tests, one for each axis, that Fisher's method combines. Each
+// axis has a separate scatter.
 double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   if (!with.fitted) {
     return 1.0;
@@ -122,7 +124,7 @@ class WeighedFit {
  public:
   explicit WeighedFit(const SuspectRun& run) : run_(run) {}
 
-  // The fit after one round; null if the scatters do not differ or if the fit fails.
+  // Returns the fit after one round; null if the scatters do not differ or if the fit fails.
   const HypothesisFit* once() {
     if (!first_) {
       first_ = next(run_.plain(), run_.fitter());
@@ -130,7 +132,7 @@ class WeighedFit {
     return fit_of(first_);
   }
 
-  // The fit after at most two rounds.
+  // Returns the fit after at most two rounds.
   const HypothesisFit& best() {
     if (once() == nullptr) {
       return run_.plain();
@@ -180,15 +182,16 @@ struct Unlikely {
   double sum = 0.0;
 };
 
-// The `most` least likely readings, given the scatter of each axis, the least likely first.
-// Leverages convert the residuals of the fit of all readings to residuals of fits without the
-// tested reading. This is exact except for the axis weights, which come from all readings.
+// Returns at most `most` readings: those that fit the other readings worst, the worst first. Each
+// reading is compared with a fit without it. This fit is not made: its residual follows from the
+// residual and the leverage in the fit of all readings. The result is exact except for the weights
+// of the axes, which come from all readings.
 std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
                                         const HypothesisFit& fit,
                                         std::size_t most) {
   const Eigen::MatrixXd leverage = fit.fit->leverage();
-  // The F(1, nu - 1) statistic of each reading of axis k; all 0 if the axis has too few degrees of
-  // freedom.
+  // Returns the F(1, nu - 1) statistic of each reading of axis k; all 0 if the axis has too few
+  // degrees of freedom.
   const auto ratios_of = [&](Eigen::Index k) -> Eigen::ArrayXd {
     const double nu = fit.degrees_of_freedom(k);
     if (!(nu > 2.0) || !(fit.rss(k) > 0.0)) {
@@ -232,8 +235,8 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
   return worst;
 }
 
-// The p-value of the worst reading given the others, with Bonferroni's correction over all
-// readings. Each axis has its own scatter.
+// Tests the worst reading against a fit of the other readings. Returns the p-value, with
+// Bonferroni's correction for the number of readings. Each axis has a separate scatter.
 double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.has_independent_readings() || run.only_rounding()) {
     return 1.0;
@@ -263,8 +266,8 @@ double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   return std::min(1.0, readings * smallest);
 }
 
-// The p-value of the worst two readings given the others, without a correction for the number of
-// pairs.
+// Tests the worst two readings against a fit of the other readings. Returns the p-value, without a
+// correction for the number of pairs.
 double pair_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.best_pair().fitted || run.only_rounding()) {
     return 1.0;

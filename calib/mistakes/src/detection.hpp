@@ -9,12 +9,15 @@ namespace axiscal {
 // Number of classes of tests that share one level of significance.
 inline constexpr double classes = 8.0;
 inline constexpr double worth_a_look = 0.04;  // p-value below which mistakes are searched for
-inline constexpr double large_share = 0.003;  // suspicious scatter / full response
+// Scatter / full response above which a run is suspicious.
+inline constexpr double large_share = 0.003;
 // The axes' noise is taken as equal if the test for equal scatter has a p-value above this.
 inline constexpr double may_be_equal = 0.5;
 
-/// True if the quick tests justify a full search. The tests are made twice: with one scale for all
-/// axes, and with each axis in units of its own scatter.
+/// Returns true if the run needs a full search: if its scatter is a large fraction of the full
+/// response, if a quick test finds a mistake, or if a reading contradicts the others. The quick
+/// tests use the scales of the axes in `run`. If the scatters of the axes differ, the test that
+/// leaves out one reading is repeated with each axis weighted by its scatter.
 [[nodiscard]] bool is_suspicious(const SuspectRun& run);
 
 /// Tests whether the readings contradict each other, by nested F tests of the possible mistakes of
@@ -26,8 +29,9 @@ inline constexpr double may_be_equal = 0.5;
 /// @return the scatter of the plain fit divided by the scatter under a hypothesis.
 [[nodiscard]] double scatter_reduction_factor(const SuspectRun& run, const HypothesisFit& fit);
 
-/// True if a hypothesis reduces the scatter of the plain fit by more than 15 %. If the run has
-/// independent readings, a statistically significant reduction is enough.
+/// Returns true if the scatter of the plain fit is more than 1.15 times the scatter under a
+/// hypothesis. If the run has independent readings, a statistically significant reduction of the
+/// scatter is enough.
 [[nodiscard]] bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with);
 
 }  // namespace axiscal

@@ -38,8 +38,8 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   const Model model = added ? plain.with(added) : plain;
   std::shared_ptr<const Solution> solution;
   try {
-    // If a reading has a large mistake, the fit of all readings may not converge. The sum of
-    // squares of this fit is then too large, which never favours a hypothesis.
+    // The fit may not converge, for example if a reading has a large mistake. Its sum of squares is
+    // then too large, so that a hypothesis whose fit did not converge has no advantage.
     solution = model.solved(model.at(model.start(field_)), scale_).state;
   } catch (const RankDeficientError&) {
     return result;

@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// The log-likelihood of an explanation.
+// Returns the log-likelihood of an explanation.
 // @param ranges        the ranges of the added parameters.
 // @param alternatives  the number of explanations of the same kind.
 double likelihood(const HypothesisFit& fit,

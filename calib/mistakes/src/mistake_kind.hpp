@@ -18,8 +18,8 @@ inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;
 
-// A reading is at an end of an axis's range if its coordinate along the axis exceeds this fraction
-// of the outermost reading's coordinate.
+// A reading is at an end of an axis's range if the axis's fitted response to the field exceeds this
+// fraction of the largest response at that end.
 inline constexpr double end_of_range = 0.9;
 
 /// One explanation of a bad fit.
@@ -105,15 +105,16 @@ void add_mistake_kind(const MistakeKind& kind);
 /// The p-value of the F test of q added parameters, which reduce the sum of squares `total` by
 /// `drop`.
 ///
-/// The result is 1 if a hypothesis adds no parameter: another pose, for example, is not nested.
+/// The result is 1 if a hypothesis adds no parameters, for example if it only changes a pose,
+/// because the F test then does not apply.
 /// @param dof   the degrees of freedom of `total`.
 /// @param loss  divides the degrees of freedom of both sums of squares (dof_reduction_factor()).
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
 /// nested_f_p() of the residuals perpendicular to the field of each reading; 0 if the run has fewer
 /// than 3 axes. If the cube's seat varies from reading to reading, these residuals scatter more
-/// than the residuals along the field. A turn of the table changes the same residuals, so it is
-/// tested against them.
+/// than the residuals along the field. A turn of the table also changes only the perpendicular
+/// residuals, so it is tested with these only.
 [[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
 /// @return a correction with this code and the run numbers of these readings.
@@ -124,8 +125,8 @@ void add_mistake_kind(const MistakeKind& kind);
 /// @return the set that contains only reading i.
 [[nodiscard]] ReadingSet one_reading(const ReadingSet& set, std::size_t i);
 
-/// The squared distance of a response from the prediction by the other readings, in units of the
-/// axes' scales.
+/// Returns the squared distance of a response from the prediction by the other readings, in units
+/// of the axes' scales.
 /// @param one      the set of only this reading (one_reading()), in the pose to try.
 /// @param without  the fit without this reading.
 [[nodiscard]] double distance_squared(const SuspectRun& run,
@@ -133,7 +134,7 @@ void add_mistake_kind(const MistakeKind& kind);
                                       const HypothesisFit& without,
                                       const Eigen::VectorXd& response);
 
-/// The prediction of a reading by the other readings, m entries [unit].
+/// Predicts a reading from the other readings: m entries [unit].
 /// @param one      the set of only this reading (one_reading()).
 /// @param without  the fit without this reading.
 [[nodiscard]] Eigen::VectorXd predict_from_other_readings(const SuspectRun& run,

@@ -128,7 +128,8 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
 
 namespace {
 
-// e^T (1 - H)^-1 e, where e is the residuals and H the hat matrix of the deleted readings.
+// Returns e^T (1 - H)^-1 e, where e contains the residuals of the deleted readings and H is the
+// part of the hat matrix for these readings.
 // @tparam Count  the number of rows, if it is known at compile time.
 // @tparam Most   the largest possible number of rows; a small number avoids heap memory.
 template <int Count, int Most>

@@ -24,8 +24,8 @@ class SuspectRun {
  public:
   static constexpr std::size_t each_is_fitted = 200;
 
-  /// The number of deletions that are fitted. It is smaller if each block has its own levelness,
-  /// because a fit is slow then.
+  /// The largest number of deletions that are fitted in a long run. It is smaller if each block has
+  /// a separate slope of the table, because a fit is slow then.
   [[nodiscard]] std::size_t max_candidate_fits() const {
     constexpr Eigen::Index many_directions = 24;
     return plain_.fit->shared() > many_directions ? 8 : 48;

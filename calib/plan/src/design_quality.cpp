@@ -39,9 +39,9 @@ Eigen::MatrixXd orientation_rows(const std::vector<DesignEntry>& design) {
   return X;
 }
 
-// The direction u, |u| = 1, that maximises u^T A u + 2 c^T u, with A positive semidefinite. A step
-// u <- A u + c, normalised, cannot decrease this value. The search starts from both ends of each
-// principal axis. The result is z if all directions have equal values, as in the best designs.
+// Returns the direction u, |u| = 1, that maximises u^T A u + 2 c^T u, with A positive semidefinite.
+// A step u <- A u + c, normalised, cannot decrease this value. The search starts from both ends of
+// each principal axis. The result is z if all directions have equal values, as in the best designs.
 Eigen::Vector3d worst_direction(const Eigen::Matrix3d& A, const Eigen::Vector3d& c) {
   const auto value = [&](const Eigen::Vector3d& u) { return u.dot(A * u) + 2.0 * c.dot(u); };
   const Eigen::Matrix3d axes = symmetric_eigen(A).vectors;
@@ -68,8 +68,8 @@ double log_determinant(const Eigen::MatrixXd& information) {
   return symmetric_eigen(information).values.array().max(1e-300).log().sum();
 }
 
-// det(X^T X / n)^(1/p), divided by its value for evenly spread directions, for which X^T X / n is
-// diag(1, 1/3, .., 1/3).
+// Returns det(X^T X / n)^(1/p), divided by its value for evenly spread directions, for which
+// X^T X / n is diag(1, 1/3, .., 1/3).
 double d_efficiency(const Eigen::MatrixXd& X) {
   const auto n = static_cast<double>(X.rows());
   const auto p = static_cast<double>(X.cols());

@@ -31,9 +31,11 @@ namespace {
 // The linear map of one replicate, with readings in the order of the rows of a Fit.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
-  // n m x c: columns of a fit to all readings, b and S first.
+  // Columns of a fit to all readings, those of b and S first. It has n m rows, one for each axis of
+  // each reading.
   Eigen::MatrixXd columns;
-  // m: number of equations of one replicate, for each axis.
+  // For each of the m axes, the number of equations of one replicate. After r replicates, the fit
+  // of an axis has r times this number minus `parameters` degrees of freedom.
   Eigen::VectorXd degrees_of_freedom;
   // Number of parameters per axis, for all replicates together.
   double parameters = 4.0;
@@ -118,7 +120,7 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
     }
     map.degrees_of_freedom =
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
-    // These are the columns for generalized_map(), which fits all readings instead of their
+    // generalized_map() needs these columns, because it fits all readings instead of their
     // averages.
     if (open.empty()) {
       map.columns = run.columns();
@@ -164,8 +166,8 @@ std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
   return errors;
 }
 
-// The contribution of a world to the coefficients' covariance. The readings are in random order, so
-// any two of them have the mean correlation of the run.
+// Returns the contribution of a world to the coefficients' covariance. The readings are in random
+// order, so any two of them are taken to have the mean correlation of the run.
 // @param L  the linear map from the readings of one replicate to the coefficients.
 Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
                                     const Eigen::MatrixXd& L,
@@ -256,7 +258,7 @@ Eigen::MatrixXd part_of_world(const ForecastSetup& setup,
                                 : covariance_in_world(setup, L, replicates);
 }
 
-// The effect of shared errors on the coefficients.
+// Returns the covariance of the coefficients that shared errors cause.
 Eigen::MatrixXd part_of(const SharedErrors& errors, const Eigen::MatrixXd& map) {
   if (errors.size() == 0) {
     return Eigen::MatrixXd::Zero(map.rows(), map.rows());
@@ -265,8 +267,8 @@ Eigen::MatrixXd part_of(const SharedErrors& errors, const Eigen::MatrixXd& map) 
   return changes * changes.transpose();
 }
 
-// The linear map of generalised least squares, which calibrate() uses if the cube's normals are
-// uncertain.
+// Returns the linear map of generalised least squares, which calibrate() uses if the cube's normals
+// are uncertain.
 // @param variance  variance of the mean reading at each point.
 Eigen::MatrixXd generalized_map(const LinearMap& map,
                                 const SharedErrors& positioner,
@@ -464,7 +466,7 @@ std::optional<double> replicates_for_angle(const ForecastSetup& setup, double wa
   if (!reaches(most)) {
     return std::nullopt;
   }
-  double low = 0.0;  // not enough
+  double low = 0.0;  // the largest number that is known not to be enough
   double high = 1.0;
   while (!reaches(high)) {
     low = high;

@@ -76,7 +76,8 @@ CalibrationErrors errors_from(const Sums& sums, double count) {
           .angle_rad = std::sqrt(sums.angle / count)};
 }
 
-// The largest angle over attitudes between the field and the calibrated readings.
+// Returns the largest angle, over all attitudes, between the true field and the field from the
+// calibrated readings.
 double worst_angle(const LinearResponse& found, const LinearResponse& truth, double F) {
   const Eigen::MatrixXd inverse = pseudo_inverse(found.sensitivity);
   const Eigen::Vector3d e = inverse * (truth.bias - found.bias);

@@ -48,8 +48,8 @@ class WorldEffects {
   [[nodiscard]] const Eigen::VectorXd& bias_of_run() const { return walked_; }
 
  private:
-  // A random factor. A normal number times this factor has Student's distribution with standard
-  // deviation 1.
+  // Draws a random factor. A normal number times this factor has Student's distribution with
+  // standard deviation 1.
   double spread();
 
   const World& world_;

@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// The covariance of bias and sensitivity, 4 m x 4 m; empty if a parameter is missing.
+// Returns the covariance of bias and sensitivity, 4 m x 4 m; empty if a parameter is missing.
 Eigen::MatrixXd covariance_of(const Calibration& calibration) {
   if (!calibration.fit.statistics) {
     return {};

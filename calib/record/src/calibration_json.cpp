@@ -17,8 +17,8 @@
 namespace axiscal {
 namespace {
 
-// A function members() reads or writes the members of a struct in the order of the file. Members
-// that are derived from others are only written.
+// Each function members() reads or writes the members of a struct, in the order of the file. A
+// member that follows from other members is written but not read.
 
 void members(JsonMembers& io, OrientationQuality& quality) {
   io.number("fit_error", quality.fit_error);
@@ -40,8 +40,8 @@ void members(JsonMembers& io, CompanionAlignment& companion) {
   io.number("residual_sd", alignment.residual_sd);
 }
 
-// The texts of notes, and a list with the code of each note. Files of earlier versions lack the
-// codes.
+// Reads or writes the texts of the notes, and a list with the code of each note. Files of earlier
+// versions lack the codes.
 void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   std::vector<std::string> messages;
   std::vector<std::string> codes;
@@ -61,7 +61,7 @@ void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   }
 }
 
-// The coefficients in the usual terms of this kind of instrument.
+// Writes the coefficients in the usual terms of this kind of instrument.
 Json quantities_json(const Calibration& calibration) {
   Json list = Json::array();
   for (const KindQuantity& quantity : quantities_of(calibration)) {
@@ -302,14 +302,16 @@ std::optional<WarningCode> parse_warning(std::string_view name) {
   return warning_code_of(name);
 }
 
-// A correction that was made. The file does not contain the corrected points, values or levels.
+// Reads or writes a correction that was made. The file does not contain the corrected points,
+// values or levels.
 void members(JsonMembers& io, Correction& correction) {
   io.choice("code", correction.code, warning_name, parse_warning);
   io.need("runs", correction.runs);
   io.value("message", correction.message);
 }
 
-// A suggested correction, with the probable poses or the proposed values of its readings.
+// Reads or writes a suggested correction, with its corrected design points, corrected values and
+// readings to leave out.
 void suggestion_members(JsonMembers& io, Correction& correction, Eigen::Index m) {
   members(io, correction);
   io.list_if_any(
@@ -329,7 +331,8 @@ void suggestion_members(JsonMembers& io, Correction& correction, Eigen::Index m)
   io.value_if_any("leave_out", correction.leave_out);
 }
 
-// A warning about one reading has the key `run`. A warning about several has the key `runs`.
+// Reads or writes a warning. A warning about one reading has the key `run`; a warning about several
+// readings has the key `runs`.
 void members(JsonMembers& io, CalibrationWarning& warning) {
   io.choice("code", warning.code, warning_name, parse_warning);
   std::optional<int> run =
@@ -442,7 +445,8 @@ void members(JsonMembers& io, FieldSizeCheck& check) {
   io.number("p_value", check.p_value);
 }
 
-// `readings` is the number of readings. `details` contains the result of each reading.
+// Reads or writes a confirmation. The member `readings` is the number of readings, and `details`
+// contains the result of each reading.
 void members(JsonMembers& io, Confirmation& confirmation, Eigen::Index m) {
   if (!io.reads()) {
     io.to()["readings"] = confirmation.readings.size();
@@ -479,7 +483,8 @@ void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
   }
 }
 
-// The experiment as a member of the record. It is kept as text and not parsed here.
+// Reads or writes the experiment as a member of the record. The record keeps it as JSON text, and
+// its members are not interpreted here.
 void experiment_member(JsonMembers& io, std::string& experiment) {
   if (!io.reads()) {
     if (!experiment.empty()) {

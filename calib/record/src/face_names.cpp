@@ -13,7 +13,7 @@
 namespace axiscal {
 namespace {
 
-// The text in lower case, without blanks at its ends.
+// Returns the text in lower case, without blanks at its ends.
 std::string plain_word(std::string_view text) {
   constexpr std::string_view blanks = " \t";
   const std::size_t first = text.find_first_not_of(blanks);
@@ -53,8 +53,9 @@ FaceNames parse_face_names(std::string_view text) {
 
 namespace {
 
-// The words and signs of a text in lower case, for example "+", "x", "up" for "+X_up". A sign is a
-// token only if it directly precedes or follows a word. Between two letters it is a separator.
+// Returns the words and signs of a text in lower case, for example "+", "x", "up" for "+X_up". A
+// sign is a token only if it directly precedes or follows a word. A sign between two letters
+// separates two words.
 std::vector<std::string> tokens_of(std::string_view text) {
   const std::string word = plain_word(text);
   std::vector<std::string> tokens;

@@ -17,7 +17,8 @@
 namespace axiscal {
 namespace {
 
-// The standard uncertainties of the parameters `names`; NaN for a parameter that is not in `of`.
+// Returns the standard uncertainties of the parameters `names`; NaN for a parameter that is not in
+// `of`.
 // @param of  the parameters to which `variances` belong; may be empty.
 Eigen::VectorXd uncertainties(const std::vector<std::string>& of,
                               const Eigen::VectorXd& variances,
@@ -64,8 +65,8 @@ bool are_good(const std::vector<std::string>& axes) {
   }
 }
 
-// The sum of the variances from the sources of the budget, except for the fit; nullopt if
-// parse_calibration() is needed to read them.
+// Adds the variances from all type B sources of the budget. Returns nullopt if only
+// parse_calibration() can read the sources.
 std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
   if (sources.empty()) {
@@ -95,7 +96,8 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
   return sum;
 }
 
-// Reads a record in the form that this program writes; nullopt if parse_calibration() is needed.
+// Reads a record in the form that this program writes. Returns nullopt if only parse_calibration()
+// can read it.
 std::optional<FittedParameters> quickly_read(std::string_view text) {
   static constexpr std::array<std::string_view, 11> members = {"/format",
                                                                "/version",

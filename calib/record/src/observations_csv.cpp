@@ -112,7 +112,7 @@ class Table {
     return static_cast<int>(*number);
   }
 
-  // The value of a cell that contains 1 or 0. An empty cell counts as 0.
+  // Returns the value of a cell that contains 1 or 0. An empty cell means 0.
   [[nodiscard]] bool flag(std::size_t column) const {
     const std::string_view cell = text(column);
     if (!cell.empty() && cell != "0" && cell != "1") {
@@ -170,7 +170,8 @@ class Table {
 
   [[nodiscard]] std::size_t line() const { return csv_.line(); }
 
-  // The names of the columns that begin with a prefix, without the prefix, in the columns' order.
+  // Returns the names of the columns that begin with a prefix, in the columns' order. The prefix is
+  // removed from the names.
   [[nodiscard]] std::vector<std::string> names_after(const std::string& prefix) const {
     std::vector<std::string> names;
     for (const std::string& name : csv_.header()) {
@@ -181,7 +182,7 @@ class Table {
     return names;
   }
 
-  // The slots of all columns SLOT.axis for one axis, in the columns' order.
+  // Returns the slots of all columns SLOT.axis for one axis, in the columns' order.
   [[nodiscard]] std::vector<std::string> slots_of(const std::string& axis) const {
     std::vector<std::string> slots;
     for (const std::string& name : csv_.header()) {
@@ -280,8 +281,8 @@ class TemperatureColumns {
     of_axes_ = std::move(own);
   }
 
-  // The column `temperature` may be empty if it is not required, but then it must be empty in all
-  // rows.
+  // Reads the temperature of a reading. The column `temperature` may be empty if it is not
+  // required, but it must then be empty in all rows.
   [[nodiscard]] std::optional<SensorTemperature> read(const Table& table) {
     if (of_all_ && !is_blank_) {
       is_blank_ = may_be_blank_ && table.text(*of_all_).empty();
@@ -436,7 +437,7 @@ void find_size(Table& table, const std::vector<std::string>& axes, Columns& colu
   }
 }
 
-// The slot of each axis; empty without slots.
+// Returns the slot of each axis; empty without slots.
 std::vector<std::string> slot_of_axes(const ObservationColumns& wanted) {
   std::vector<std::string> slots;
   for (const SlotColumns& slot : wanted.slots) {
@@ -508,7 +509,8 @@ Columns find_columns(Table& table, const ObservationColumns& wanted, Run& run) {
   return columns;
 }
 
-// A design point with an arbitrary fence face, which does not matter on a level table.
+// Returns a design point with an arbitrary fence face. The fence face does not matter on a level
+// table.
 DesignPoint any_point_on(Face rest) {
   return {rest, face_of((axis_of(rest) + 1) % 3, true)};
 }

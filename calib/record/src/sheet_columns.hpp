@@ -104,7 +104,7 @@ class SheetColumns {
   bool with_confirm_ = false;
   std::size_t own_temperatures_ = 0;  // number of axes with their own sensor; 0: a shared sensor
   std::vector<std::string> axes_;
-  std::set<std::string> parts_;  // names of the parts with their own level
+  std::set<std::string> parts_;  // names of the field's parts that have their own level
 };
 
 }  // namespace axiscal

@@ -95,7 +95,8 @@ void error_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   io.vector("coverage_factor_95", statistics.coverage_factor, m);
 }
 
-// Records of version 0.1 lack `interval_dof`: their intervals use each axis's degrees of freedom.
+// Reads or writes the intervals. Records of version 0.1 lack `interval_dof`; the degrees of freedom
+// of each axis are then used.
 void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   const Eigen::Index count = statistics.covariance.rows();
   const Eigen::Index p = m > 0 ? count / m : 0;

@@ -98,8 +98,8 @@ std::vector<int> soak_levels(const std::vector<double>& temperatures) {
   if (n == 0 || temperatures[order.front()] == temperatures[order.back()]) {
     return std::vector<int>(n, 0);
   }
-  // Gaps between levels must be clearly wider than gaps within levels. The limit is at the largest
-  // ratio of successive gaps in the sorted list of gaps.
+  // Divides the sorted list of gaps into gaps within levels and gaps between levels. The division
+  // is at the largest ratio of successive gaps. This ratio must be above clear_ratio.
   std::vector<double> gaps;
   for (std::size_t i = 1; i < n; ++i) {
     gaps.push_back(temperatures[order[i]] - temperatures[order[i - 1]]);
@@ -133,7 +133,8 @@ std::vector<int> soak_levels(const std::vector<double>& temperatures) {
     widest = std::max(widest, t - lowest);
     level[order[i]] = current;
   }
-  // If a level is wider than half of the narrowest gap between levels, no temperature was held.
+  // The temperatures form levels only if each level is at most half as wide as the narrowest gap
+  // between levels.
   const bool held = widest <= 0.5 * split && static_cast<std::size_t>(current) + 1 < n;
   return held ? level : std::vector<int>{};
 }

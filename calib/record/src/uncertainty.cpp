@@ -19,7 +19,7 @@
 namespace axiscal {
 namespace {
 
-// The indices of the parameters of an axis.
+// Returns the indices of the parameters of an axis.
 std::vector<Eigen::Index> places_of_axis(const FitStatistics& statistics, const std::string& axis) {
   std::vector<Eigen::Index> places;
   for (std::size_t i = 0; i < statistics.parameter_names.size(); ++i) {
@@ -31,7 +31,7 @@ std::vector<Eigen::Index> places_of_axis(const FitStatistics& statistics, const 
   return places;
 }
 
-// The variance of a linear function whose gradient is mostly 0.
+// Returns the variance of a linear function of the parameters. Most entries of the gradient are 0.
 // @param places  indices of the parameters that contribute to the variance.
 double variance(const Eigen::RowVectorXd& gradient,
                 const Eigen::MatrixXd& covariance,
@@ -50,7 +50,7 @@ double variance(const Eigen::RowVectorXd& gradient,
   return sum;
 }
 
-// The indices of the parameters with a nonzero gradient.
+// Returns the indices of the parameters with a nonzero gradient.
 std::vector<Eigen::Index> places_that_count(const Eigen::RowVectorXd& gradient) {
   std::vector<Eigen::Index> places;
   places.reserve(static_cast<std::size_t>((gradient.array() != 0.0).count()));
@@ -62,7 +62,7 @@ std::vector<Eigen::Index> places_that_count(const Eigen::RowVectorXd& gradient) 
   return places;
 }
 
-// True if the name of a source in the budget begins with this text.
+// Returns true if the name of a source in the budget begins with this text.
 bool has_source(const Calibration& calibration, std::string_view beginning) {
   return calibration.fit.uncertainty && std::any_of(calibration.fit.uncertainty->sources.begin(),
                                                     calibration.fit.uncertainty->sources.end(),
@@ -73,8 +73,8 @@ bool has_source(const Calibration& calibration, std::string_view beginning) {
 
 constexpr double as_good_as_infinite = 1e6;
 
-// The variance and its degrees of freedom by Welch and Satterthwaite's formula. by_welch is true if
-// each share has enough degrees of freedom for this formula.
+// A variance, and its degrees of freedom by Welch and Satterthwaite's formula. `by_welch` is true
+// if each share has enough degrees of freedom for this formula.
 struct EffectiveFreedom {
   double variance = 0.0;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
@@ -102,7 +102,7 @@ EffectiveFreedom effective_freedom(const VarianceShares& shares) {
   return result;
 }
 
-// The expanded uncertainty from the shares of a variance, see combine().
+// Returns the expanded uncertainty from the shares of a variance; see combine().
 // @param factor  function that returns Student's t for its degrees of freedom.
 template <typename Factor>
 double half_width(const VarianceShares& shares, const EffectiveFreedom& freedom, Factor factor) {
@@ -153,8 +153,9 @@ VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient,
         {.variance = share,
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
-  // In method joint, the axes share the error of the fitted field direction. Its variance is
-  // divided among the axes in proportion to their own variances.
+  // In method joint, the error of the fitted field direction correlates the axes, so the sum of
+  // their shares is not the whole variance. All shares are scaled by one factor so that their sum
+  // is the whole variance.
   const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {
     share.variance *= sum > 0.0 ? all / sum : 1.0;
@@ -166,7 +167,7 @@ VarianceShares LinearPropagation::all(const Eigen::RowVectorXd& gradient,
                                       std::vector<double>& by_source) const {
   const std::vector<Eigen::Index> places = places_that_count(gradient);
   VarianceShares own = scatter(gradient, places);
-  // Without components, the variance of the fit is the sum of the axes' shares.
+  // If there are no scatter components, the axes' shares already add up to the variance of the fit.
   const double variance_of_fit =
       own.components.empty()
           ? std::accumulate(own.axes.begin(), own.axes.end(), 0.0,
@@ -293,8 +294,8 @@ bool counts_magnitude(const Calibration& calibration) {
 
 namespace {
 
-// The reference of readings in an electrical unit, for example "the voltage reference" for mV and
-// mV/V; empty for other units.
+// Returns the name of the reference for readings in an electrical unit, for example "the voltage
+// reference" for mV and mV/V; empty for other units.
 std::string reference_of_unit(std::string_view unit) {
   unit = unit.substr(0, unit.find('/'));
   for (const std::string_view prefix : {"n", "u", "\u00b5", "\u03bc", "m", "k", "M"}) {
@@ -390,7 +391,7 @@ CombinedUncertainty uncertainty_of(const LinearPropagation& inheritance,
     uncertainty.by_source = std::move(by_source);
     return uncertainty;
   }
-  // interval_95 of the fit is more accurate than an interval that combine() computes from `all`.
+  // interval_95 from the fit is more accurate than an interval that combine() computes from `all`.
   uncertainty.u = std::sqrt(effective_freedom(all).variance);
   uncertainty.by_source = std::move(by_source);
   const double nu = statistics.interval_dof(parameter);
@@ -402,7 +403,8 @@ CombinedUncertainty uncertainty_of(const LinearPropagation& inheritance,
           uncertainty.u * uncertainty.u - statistics.covariance(parameter, parameter), 0.0)};
   uncertainty.expanded = expanded_of(shares, effective_freedom(shares), coverage);
   uncertainty.coverage_factor = uncertainty.expanded / uncertainty.u;
-  // If scatter is the only source, the factor is t for its degrees of freedom.
+  // If scatter is the only source, the coverage factor is Student's t for the degrees of freedom of
+  // the scatter.
   constexpr double rounding = 1e-14;
   const bool is_scatter_alone = scatter > 0.0 && shares.others == 0.0 && nu < as_good_as_infinite &&
                                 std::abs(uncertainty.u - scatter) <= rounding * scatter;

@@ -79,8 +79,9 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
 
 namespace {
 
-// An approximation of 1 / nu for a coverage factor. It inverts the first terms of the series that
-// expands Student's t in 1 / nu about the quantile z of the normal distribution.
+// Returns an approximation of 1 / nu for a coverage factor. Student's t is a series in 1 / nu that
+// begins with the quantile z of the normal distribution; the first terms of this series are
+// inverted.
 double guessed_inverse(double factor, double coverage) {
   const double z = boost::math::quantile(boost::math::complement(Normal(), 0.5 * (1.0 - coverage)));
   const double z2 = z * z;
@@ -96,8 +97,8 @@ double guessed_inverse(double factor, double coverage) {
   return inverse;
 }
 
-// The root of a smooth function by the secant method, from a close guess; nullopt if the method
-// leaves the interval (low, high) or does not converge.
+// Finds the root of a smooth function by the secant method, from a close guess. Returns nullopt if
+// the method leaves the interval (low, high) or does not converge.
 template <typename Function>
 std::optional<double> root_by_secants(const Function& function,
                                       double guess,
@@ -195,16 +196,16 @@ double student_t_two_sided_p(double t, double degrees_of_freedom) {
 
 namespace {
 
-// True if `whole` is odd. `whole` must be a whole number in the range of int.
+// Returns true if `whole` is odd. `whole` must be a whole number in the range of int.
 bool is_odd(double whole) {
   return (static_cast<int>(whole) & 1) == 1;
 }
 
-// The regularised incomplete beta function I_x(a, b) for multiples a and b of 1/2, as a finite sum.
-// The sum starts at I_x(a_0, b_0), where a_0 and b_0 are 1/2 or 1. Steps of 1 in b add terms, and
-// steps of 1 in a subtract terms. The subtraction loses digits if the result is small; a series of
-// positive terms then replaces the sum. Source: Abramowitz & Stegun, Handbook of Mathematical
-// Functions (1964), 26.5.4, 26.5.16, 26.6.4-26.6.8.
+// Computes the regularised incomplete beta function I_x(a, b) as a finite sum, for a and b that are
+// multiples of 1/2. The sum starts at I_x(a_0, b_0), where a_0 and b_0 are 1/2 or 1. Each step of 1
+// in b adds a term, and each step of 1 in a subtracts a term. The subtraction loses digits if the
+// result is small. A series of positive terms then replaces the sum. Source: Abramowitz & Stegun,
+// Handbook of Mathematical Functions (1964), 26.5.4, 26.5.16, 26.6.4-26.6.8.
 double incomplete_beta(double x, double twice_a, double twice_b) {
   const double y = 1.0 - x;
   const bool half_a = is_odd(twice_a);
@@ -212,12 +213,14 @@ double incomplete_beta(double x, double twice_a, double twice_b) {
   double a = half_a ? 0.5 : 1.0;
   double b = half_b ? 0.5 : 1.0;
   constexpr double two_over_pi = 2.0 * std::numbers::inv_pi;
-  // The cases, for the starting values of a and b: both are 1/2; only b is; only a is; neither is.
+  // The four cases of the starting values a_0 and b_0: both are 1/2; only b_0 is 1/2; only a_0 is
+  // 1/2; both are 1.
   double value = half_a && half_b ? two_over_pi * std::atan2(std::sqrt(x), std::sqrt(y))
                  : half_b         ? 1.0 - std::sqrt(y)
                  : half_a         ? std::sqrt(x)
                                   : x;
-  // x^a y^b / B(a, b). In the loops, one factor gives its value for the next a or b.
+  // x^a y^b / B(a, b). In the loops, multiplication by one factor gives its value for the next
+  // a or b.
   double power = (half_a ? std::sqrt(x) : x) * (half_b ? std::sqrt(y) : y) *
                  (half_a && half_b   ? std::numbers::inv_pi
                   : half_a || half_b ? 0.5

@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// A sum kept as the unevaluated sum of two doubles: about 32 digits.
+/// A sum with about 32 digits, stored as two doubles that are not added.
 ///
 /// @par Source
 /// T. J. Dekker, "A floating-point technique for extending the available precision", Numerische

@@ -24,7 +24,8 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // accepted is Filip's polynomial (NIST), whose smallest pivot is 1e-10 of the largest.
 constexpr double rank_tolerance = 1e-13;
 
-// The power of two that is nearest to 1 / length, so that scaling loses no digits.
+// Returns the power of two that is nearest to 1 / length. Scaling by a power of two loses no
+// digits.
 double scale_of(double length) {
   if (!(length > 0.0)) {
     return 1.0;
@@ -48,9 +49,9 @@ Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   return scale;
 }
 
-// An upper bound of the condition number for columns of length 1: the product of the Frobenius
-// norms of A and its pseudo-inverse, at most p times too large. For most designs this bound is
-// sufficient.
+// Returns an upper bound of the condition number for columns of length 1. It is the product of the
+// Frobenius norms of A and of its pseudo-inverse, and at most p times too large. For most designs
+// this bound is sufficient.
 double bound_of_condition(const Eigen::MatrixXd& A, const Eigen::MatrixXd& root) {
   const double squares = A.colwise().squaredNorm() * root.rowwise().squaredNorm();
   return std::sqrt(static_cast<double>(A.cols()) * squares);
@@ -141,8 +142,8 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   root_ = qr.colsPermutation() * inverse;
   refines_ = !(bound_of_condition(scaled_, root_) <= refinement_above) &&
              condition_number() > refinement_above;
-  // scaled_ * root_ is faster to compute, but the orthogonality of its columns has a relative error
-  // of the condition number times the rounding error.
+  // scaled_ * root_ is faster to compute. However, the error of the orthogonality of its columns is
+  // the condition number times the rounding error, so it is used only for well-conditioned designs.
   basis_ = refines_ ? Eigen::MatrixXd(qr.householderQ() * Eigen::MatrixXd::Identity(n, p))
                     : Eigen::MatrixXd(scaled_ * root_);
   if (!refines_) {
@@ -185,7 +186,7 @@ void LeastSquaresDesign::find_unscaled_covariance() {
   const Eigen::Index p = scaled_.cols();
   Eigen::MatrixXd covariance = root_ * root_.transpose();
   if (refines_) {
-    // Column j of (A^T A)^-1 is the x of: r + A x = 0, A^T r = -e_j.
+    // Column j of (A^T A)^-1 is the solution x of the equations r + A x = 0 and A^T r = -e_j.
     for (Eigen::Index j = 0; j < p; ++j) {
       const Eigen::VectorXd x = covariance.col(j);
       covariance.col(j) = refined(Eigen::VectorXd::Zero(n), -Eigen::VectorXd::Unit(p, j),

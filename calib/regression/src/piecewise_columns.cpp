@@ -26,8 +26,8 @@ std::vector<Eigen::Index> places_in(const Which& which) {
   return places;
 }
 
-// Row k of each unit, except rows of zeros: the rows' indices in W, and their values in the given
-// columns.
+// Row k of each unit, without rows of zeros: the indices of these rows in W, and their values in
+// some of the columns.
 struct RowsOfUnits {
   std::vector<Eigen::Index> places;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> W;
@@ -49,7 +49,8 @@ RowsOfUnits telling_rows(const Eigen::MatrixXd& W,
   return own;
 }
 
-// The columns that are nonzero only in row k of the units, without the last `kept` columns.
+// Returns the columns that are nonzero only in row k of the units. The last `kept` columns are not
+// included.
 std::vector<Eigen::Index> columns_of_row(const Eigen::MatrixXd& W,
                                          Eigen::Index rows,
                                          Eigen::Index k,
@@ -65,7 +66,8 @@ std::vector<Eigen::Index> columns_of_row(const Eigen::MatrixXd& W,
   return places_in(own);
 }
 
-// The columns that rarely change from unit to unit.
+// Returns the columns that rarely change from unit to unit: on average, at most once in
+// fewest_units units.
 std::vector<Eigen::Index> slow_columns(const RowsOfUnits& own) {
   const Eigen::Index changes = own.W.rows() - 1;
   return places_in(((own.W.bottomRows(changes).array() != own.W.topRows(changes).array())
@@ -75,8 +77,9 @@ std::vector<Eigen::Index> slow_columns(const RowsOfUnits& own) {
                     fewest_units) <= own.W.rows());
 }
 
-// The values of the slow columns in each block, a row for each block, and the block of each row.
-// The search stops when there are more blocks than columns.
+// Blocks of rows in which the slow columns are constant: the values of the slow columns in each
+// block, and the block of each row. The search for blocks stops if their number exceeds the number
+// of columns.
 struct Blocks {
   std::vector<Eigen::RowVectorXd> values;
   std::vector<std::size_t> of_row;
@@ -99,8 +102,8 @@ Blocks blocks_of(const Eigen::MatrixXd& slow) {
   return blocks;
 }
 
-// Replaces the slow columns of row k of the units by one column for each block, if there are as
-// many blocks as columns.
+// Replaces the slow columns of row k of the units by one column for each block. Returns nullopt if
+// there are few rows, or if the number of blocks differs from the number of these columns.
 std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
                                            Eigen::Index k,
                                            Eigen::Index kept,
@@ -136,8 +139,8 @@ std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
   return replaced;
 }
 
-// Divides the rows into pieces. A piece ends before a unit with a nonzero value in a new column, if
-// the piece has at least fewest_units units.
+// Divides the rows into pieces. A new piece begins at a unit that has a nonzero value in a further
+// column, if the present piece has at least fewest_units units.
 std::vector<ColumnPiece> pieces_of(const Eigen::MatrixXd& W, Eigen::Index rows) {
   std::vector<ColumnPiece> pieces;
   Which used = Which::Constant(W.cols(), false);

@@ -19,7 +19,7 @@ namespace {
 // Row-major, so that the numbers of a reading are contiguous.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// A x: row i is half the weighted sum of the rows i - 1 and i + 1 of x.
+// Returns A x. Row i of A x is half the weighted sum of the rows i - 1 and i + 1 of x.
 // @param weights  n - 1, one for each pair of consecutive rows.
 Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights) {
   const Eigen::Index n = x.rows();
@@ -29,8 +29,9 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights)
   return all;
 }
 
-// A model of the noise covariance V: V_ij = signal rho^|i - j| h_i.h_j + white I_ij if gamma is 0;
-// otherwise V = I + gamma within each block.
+// A model of the noise covariance V. If gamma is 0, V_ij = signal rho^|i - j| h_i . h_j +
+// white I_ij, where h_i is the direction of reading i. Otherwise V = I + gamma 1 1^T within each
+// block.
 struct Model {
   double rho = 0.0;
   double signal = 1.0;
@@ -42,7 +43,7 @@ struct Model {
 constexpr std::array correlations = {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985, 0.995};
 constexpr std::array white_parts = {0.0, 0.1, 0.3, 1.0, 3.0, 10.0};
 
-// Models of the sum of correlated noise and white noise.
+// Returns models of the sum of correlated noise and white noise.
 // @param largest  largest correlation of the models.
 std::vector<Model> correlated_models(double largest) {
   std::vector<Model> all;
@@ -72,7 +73,8 @@ std::vector<Model> models_of_run(bool with_blocks) {
   return all;
 }
 
-// Models of the sum of white noise and a common cause, one for each speed and size of the cause.
+// Returns models of the sum of white noise and a common cause, one model for each correlation and
+// each size of the cause.
 std::vector<Model> wandering_models() {
   constexpr std::array slow = {0.0, 0.5, 0.8, 0.92, 0.98};
   constexpr std::array sizes = {0.3, 1.0, 3.0, 10.0, 30.0};
@@ -88,14 +90,14 @@ std::vector<Model> wandering_models() {
   return all;
 }
 
-// The products x^T V^-1 x of an n x c matrix x, and ln det V.
+// The matrix x^T V^-1 x for an n x c matrix x, and ln det V.
 struct Whitened {
   Eigen::MatrixXd products;  // c x c, the lower triangle
   double log_determinant = 0.0;
 };
 
-// Computes the products for V = I + gamma 1 1^T in each block. For a block of n readings,
-// V^-1 = I - gamma / (1 + gamma n) 1 1^T.
+// Computes x^T V^-1 x and ln det V if V = I + gamma 1 1^T within each block. For a block of n
+// readings, V^-1 = I - gamma / (1 + gamma n) 1 1^T.
 Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows& x) {
   Whitened result{.products = x.transpose() * x};
   for (Eigen::Index first = 0; first < x.rows();) {
@@ -113,8 +115,9 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows&
   return result;
 }
 
-// Computes the products by the Kalman filter of y_i = h_i . s_i + white noise, where the state s_i
-// has d components. The whitened rows are summed in groups that fit in the cache.
+// Computes x^T V^-1 x and ln det V by a Kalman filter. Its model is y_i = h_i . s_i + white noise,
+// where the state s_i has d components. The whitened rows are added in groups that fit in the
+// cache.
 template <int d>
 Whitened whiten(const Model& model,
                 const Eigen::VectorXd& places,
@@ -171,8 +174,8 @@ struct ModelFit {
   Eigen::MatrixXd covariance;
 };
 
-// The result of one model for the first coefficient of one response: the change from the plain fit,
-// and the variance.
+// The result of one noise model for the first coefficient of one response: its change from the
+// plain fit, and its variance.
 struct FirstCoefficient {
   double log_likelihood = 0.0;
   double change = 0.0;
@@ -192,7 +195,8 @@ InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
           .log_determinant = 2.0 * whitening.root().diagonal().array().log().sum()};
 }
 
-// Fits residuals y by p columns X, from the sums N = X^T V^-1 X, c = X^T V^-1 y and y^T V^-1 y.
+// Fits residuals y by p columns X if the noise covariance is V. The inputs are N = X^T V^-1 X,
+// c = X^T V^-1 y and squares_of_y = y^T V^-1 y.
 // @param N                only the lower triangle is used.
 // @param log_determinant  ln det V.
 ModelFit fit_by_sums(const Eigen::MatrixXd& N,
@@ -211,8 +215,9 @@ ModelFit fit_by_sums(const Eigen::MatrixXd& N,
   return fit;
 }
 
-// A regression in an orthonormal basis of its columns, and its residuals. A noise model changes the
-// solution by a small amount, which is computed from the residuals, so that no digits are lost.
+// The ordinary least-squares fits of r responses, computed in an orthonormal basis of the design's
+// columns. A noise model changes the coefficients only slightly. This change is computed from the
+// residuals, so that no digits are lost.
 class PlainFit {
  public:
   // @param Y  r responses, n x r.
@@ -224,10 +229,11 @@ class PlainFit {
     both_ << Q, Y - Q * in_basis_;
   }
 
-  // The basis and then the residuals, n x (p + r).
+  // Returns the basis (p columns), followed by the residuals (r columns).
   [[nodiscard]] const Rows& basis_and_residuals() const { return both_; }
 
-  // The result of a noise model for a single response (r = 1), in the basis.
+  // Computes how a noise model changes the coefficients, and their covariance, both in the basis.
+  // There must be a single response (r = 1).
   [[nodiscard]] ModelFit under(const Whitened& sums) const {
     return fit_by_sums(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
                        static_cast<double>(both_.rows() - p_),
@@ -256,12 +262,13 @@ class PlainFit {
     }
   }
 
-  // The first coefficient of a response by the plain fit.
+  // Returns the first coefficient of a response from the plain fit.
   [[nodiscard]] double first_of(Eigen::Index response) const {
     return root_.row(0).dot(in_basis_.col(response));
   }
 
-  // Transforms the results of models for a single response from the basis to the design.
+  // Transforms the mean over models from the basis to the design, and adds the plain fit. There
+  // must be a single response.
   [[nodiscard]] CorrelatedFit in_design(const CorrelatedFit& mean) const {
     CorrelatedFit result = mean;
     result.estimate = root_ * (in_basis_.col(0) + mean.estimate);
@@ -277,7 +284,7 @@ class PlainFit {
   Rows both_;
 };
 
-// The weights of models by their restricted likelihood and prior; they sum to 1.
+// Returns the weights of models, proportional to restricted likelihood times prior. They sum to 1.
 std::vector<double> weights_of(const std::vector<Model>& models,
                                const std::vector<double>& log_likelihood) {
   const double best = *std::max_element(log_likelihood.begin(), log_likelihood.end());
@@ -301,8 +308,8 @@ double correlation_of(const std::vector<Model>& models, const std::vector<double
   return sum;
 }
 
-// The mean over models of one response's coefficients. The covariance includes the scatter between
-// the models.
+// Computes the weighted mean over models of one response's coefficients. The covariance includes
+// the scatter between the models.
 CorrelatedFit mean_over(const std::vector<Model>& models,
                         const std::vector<ModelFit>& fits,
                         double degrees_of_freedom) {
@@ -326,7 +333,8 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
   return mean;
 }
 
-// The excess of sum c_i z_i z_(i+1) over its expectation for white noise, in standard deviations.
+// Computes the sum of c_i z_i z_(i+1), minus its mean for white noise, divided by its standard
+// deviation for white noise.
 // @param Q        n x p: the covariance of z is (I - Q Q^T) times the noise variance.
 // @param QQ       Q^T Q.
 // @param weights  c, n - 1, one for each pair of consecutive values.
@@ -475,7 +483,8 @@ CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem) {
   const Eigen::MatrixXd others = problem.information - A.transpose() * A;
   Rows both(A.rows(), q + 1);
   both << A, problem.deviations;
-  // J^T e is 0, so its part from the directions across the cause is minus its part along the cause.
+  // For the residuals e of the linear fit, J^T e is 0. It is the sum of a part along the direction
+  // of the cause and a part across it, so the part across is minus the part along.
   const Eigen::VectorXd gradient_across = -A.transpose() * problem.deviations;
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();

@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// The fit at given variances. If the weighted sum of P_k^T P_k is singular, the misfit is NaN, so
-// that it never counts as an improvement.
+// The fit at given variances. If the weighted sum of P_k^T P_k is singular, the misfit is NaN, and
+// the fit is never accepted as an improvement.
 struct AtVariances {
   AtVariances(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& at)
       : log_variance(at), weight((-at.array()).exp()) {
@@ -49,7 +49,7 @@ struct AtVariances {
     }
   }
 
-  // A step of log_variance towards the least misfit.
+  // Returns a step of log_variance that decreases the misfit.
   // @param lowest     lower limits of log_variance.
   // @param is_newton  receives true if the step is Newton's.
   [[nodiscard]] Eigen::VectorXd newton_step(const std::vector<ResponseSums>& responses,
@@ -57,7 +57,8 @@ struct AtVariances {
                                             bool& is_newton) const {
     const auto m = log_variance.size();
     const Eigen::VectorXd gradient = degrees_of_freedom - squares;
-    // Variances at their lower limit get no step, and do not affect the steps of the others.
+    // A variance at its lower limit is not changed if its step would go below the limit. It then
+    // does not affect the steps of the others.
     const auto is_open = [&](Eigen::Index k) {
       return log_variance(k) > lowest(k) || gradient(k) < 0.0;
     };
@@ -107,7 +108,7 @@ struct AtVariances {
   Eigen::MatrixXd covariance;          // covariance of z, D x D
 };
 
-// Without shared coefficients, the variance of each response is its mean square.
+// Fits responses without shared coefficients. The variance of each response is its mean square.
 SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& smallest) {
   const auto m = static_cast<Eigen::Index>(responses.size());
   SharedFit fit{.variance = Eigen::VectorXd(m),

@@ -13,23 +13,23 @@
 namespace axiscal {
 namespace {
 
-// Generalised least squares at given variances. b and its covariance are in the basis of the
-// pieces.
+// The result of generalised least squares for given variances. `estimate` and `covariance` belong
+// to the columns in PiecewiseColumns, not to W.
 struct Solved {
   bool determined = false;
-  double squares = 0.0;  // y^T P y
+  double squares = 0.0;  // y^T V^-1 (y - W b)
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
-  Eigen::MatrixXd inverses;        // n m x m: V^-1 of each unit
+  Eigen::MatrixXd inverses;        // n m x m: the m x m matrices V^-1 of the units, stacked
   std::vector<Eigen::MatrixXd> U;  // V^-1 W of each piece
   Eigen::VectorXd left;            // n m: V^-1 (y - W b)
 };
 
-// All quantities of one round of Fisher's scoring.
+// All quantities of one round of Fisher's scoring. A and g are those of fit_variance_components().
 struct Round : Solved {
   Eigen::MatrixXd A;
   Eigen::VectorXd g;
-  std::vector<Eigen::MatrixXd> B;  // sum over units of U^T Q U
+  std::vector<Eigen::MatrixXd> B;  // for each component, the sum over units of U^T Q U
 };
 
 // A problem's likelihood at any variances.
@@ -154,7 +154,7 @@ class Likelihood {
     }
   }
 
-  // Adds the units of a piece to A, g and B.
+  // Adds the contributions of a piece's units to A, g and B.
   // @param U  V^-1 W of the piece.
   void add_piece(const ColumnPiece& piece, const Eigen::MatrixXd& U, Round& round) const {
     const Eigen::Index m = problem_.rows;
@@ -174,8 +174,9 @@ class Likelihood {
       const Eigen::MatrixXd MK = (UCU) * (K);
       const Eigen::MatrixXd KVK = (K.transpose()) * (VK);
       const Eigen::MatrixXd KMK = (K.transpose()) * (MK);
-      // The terms of tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R) for two components Q and R; K
-      // contains the roots of all components.
+      // Products whose sums over the columns of Q and R give
+      // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R), for two components Q and R. K contains the
+      // roots of all components.
       const Eigen::MatrixXd products = KVK.cwiseProduct(KVK - 2.0 * KMK);
       for (std::size_t q = 0; q < count; ++q) {
         const Eigen::Index first = first_root_[q];
@@ -204,8 +205,9 @@ class Likelihood {
   std::vector<Eigen::Index> first_root_;  // first column of each component in roots_, then the end
 };
 
-// Solves A theta = g over the free components. A component below its lower limit is set to the
-// limit, and the others are solved again.
+// Solves A theta = g for the components in `open`, which are all components at first. If solutions
+// are below their lower limit, the one furthest below is fixed at its limit, and the others are
+// solved again.
 Eigen::VectorXd next_theta(const Round& round,
                            const Eigen::VectorXd& scale,
                            const Eigen::VectorXd& smallest,

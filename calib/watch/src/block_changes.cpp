@@ -12,11 +12,13 @@
 namespace axiscal {
 namespace {
 
-// Parameters that are tested together: biases, main terms, cross terms. Squares and variances are
-// in units of the variance from the readings' noise.
+// Sums over the parameters of a class, which are tested together. The classes are biases, main
+// terms and cross terms. Squares and variances are in units of the variance from the readings'
+// noise.
 struct ParameterClass {
-  FisherSum parameters;  // p-values against the noise
-  FisherSum by_one;      // p-values: for each parameter the larger one of noise and blocks
+  FisherSum parameters;  // combines the p-values against the noise
+  // Combines, for each parameter, the larger p-value of the tests against noise and blocks.
+  FisherSum by_one;
   double squares = 0.0;  // sum of the squared differences
   double scatter = 0.0;  // sum of the variances of the differences by the scatter of blocks
   double scatter_squared = 0.0;
@@ -44,7 +46,9 @@ struct ParameterClass {
     const double alike = scatter * scatter / scatter_squared;
     const double together =
         f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
-    // by_one detects a change of all parameters, and `together` detects a large change of only one.
+    // by_one combines a test of each parameter, which detects small changes of all parameters
+    // better. `together` tests the sum of squares, which detects a large change of one parameter
+    // better.
     return std::max(by_noise, std::min(1.0, 2.0 * std::min(together, by_one.p_value())));
   }
 };

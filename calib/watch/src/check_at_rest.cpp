@@ -26,8 +26,8 @@ struct Pose {
   Eigen::RowVectorXd by_parameters;                     // sum
 };
 
-// The pose nearest to a direction, if it is near enough or if the list is full; otherwise a new
-// pose.
+// Returns the pose nearest to a direction if it is within 5 degrees or if the list is full.
+// Otherwise appends a new pose and returns it.
 Pose& pose_of(std::vector<Pose>& poses, const Eigen::Vector3d& direction) {
   constexpr double near = 0.9962;  // 5 degrees
   constexpr std::size_t most = 100;
@@ -53,7 +53,9 @@ struct PosePart {
 // The scatter of a calibration between blocks, expressed as an error of the measured field along
 // each axis.
 struct BlockOffset {
-  double variance = 0.0;  // M (1 + 1 / B) [field unit squared]
+  // M (1 + 1 / B) [field unit squared], where M is the mean square between the B blocks of the
+  // record.
+  double variance = 0.0;
   double degrees_of_freedom = 0.0;
   double gain_variance = 0.0;  // relative variance of the sensitivities of another block
 };
@@ -86,9 +88,9 @@ std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {
                      .gain_variance = gains * (1.0 + 1.0 / B)};
 }
 
-// The p-value of the poses' mean residuals. The offset that all poses share is tested against the
-// scatter of blocks, and the remaining residuals are tested against the noise. Fisher's method
-// combines the tests.
+// Returns the p-value of the poses' mean residuals. The offset that all poses share is tested
+// against the scatter of blocks, and the remaining residuals are tested against the noise. Fisher's
+// method combines the tests.
 double p_with_offset(const std::vector<Pose>& poses,
                      const Eigen::VectorXd& mean,
                      const Eigen::MatrixXd& by_noise,
@@ -100,7 +102,8 @@ double p_with_offset(const std::vector<Pose>& poses,
   for (Eigen::Index p = 0; p < P; ++p) {
     u.row(p) = poses[static_cast<std::size_t>(p)].direction.normalized().transpose();
   }
-  // Sensitivities that differ between blocks change |f| by the squared components of its direction.
+  // A relative change g of the sensitivity of axis k changes |f| by g |f| u_k^2, where u is the
+  // direction of the field.
   const Eigen::MatrixXd squares = magnitude * u.cwiseAbs2();
   const Eigen::MatrixXd V = by_noise + blocks.gain_variance * squares * squares.transpose();
   const double share_of_noise = solve_symmetric(V, by_noise).trace() / static_cast<double>(P);
@@ -116,7 +119,8 @@ double p_with_offset(const std::vector<Pose>& poses,
   const Eigen::VectorXd directions = symmetric_eigen(information).values;
   constexpr double open_below = 1e-6;
   if (P < 3 || directions.minCoeff() < open_below * directions.maxCoeff()) {
-    // The directions do not determine the offset, so one test includes all scatter.
+    // The directions of the poses do not determine the offset, so a single test is made, with the
+    // covariance from noise and from blocks.
     const Eigen::MatrixXd all = V + blocks.variance * u * u.transpose();
     const double share = solve_symmetric(all, V).trace() / static_cast<double>(P);
     return f_upper_p(
@@ -140,8 +144,9 @@ double p_with_offset(const std::vector<Pose>& poses,
   return tests.p_value();
 }
 
-// The p-value of the poses' mean residuals m: T = m' V^-1 m / P has the distribution F(P, nu). nu
-// is computed from the parts of V that were estimated from scatter, by their shares of V.
+// Returns the p-value of the mean residuals m of the P poses. Without a drift, T = m' V^-1 m / P
+// has the distribution F(P, nu), where V is the covariance of m. nu is computed from the parts of V
+// that were estimated from scatter, by their shares of V.
 double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   const FitStatistics& statistics = *calibration.fit.statistics;

@@ -76,9 +76,9 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration,
   return result;
 }
 
-// The variance of an axis's parameters from the scatter of the readings, and from each scatter
-// component. Each variance is a fraction of the variance of the difference, averaged over the
-// parameters.
+// The shares of one record in the variances of the differences of an axis's parameters: one share
+// from the scatter of the readings, and one from each scatter component. Each share is a fraction
+// of the variance of the difference, averaged over the parameters.
 struct Scatter {
   VarianceShare readings;
   std::vector<VarianceShare> components;
@@ -223,7 +223,7 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
   }
 }
 
-// The parameters of an axis that both records determine. A calibration by transfer does not
+// Returns the parameters of an axis that both records determine. A calibration by transfer does not
 // determine the sensitivities perpendicular to its fields.
 std::vector<std::string> names_in_both(const Calibration& old,
                                        const Calibration& fresh,
@@ -295,8 +295,8 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
   return changes;
 }
 
-// The shares of the variance of the largest angle error, from the covariances of both records. The
-// instrument must have three axes or more.
+// Returns the shares of the variance of the largest angle error, from the covariances of both
+// records. The instrument must have three axes or more.
 VarianceShares shares_of_error(const Calibration& old,
                                const Calibration& fresh,
                                const WorstAngle& worst) {
@@ -332,8 +332,9 @@ VarianceShares shares_of_error(const Calibration& old,
   return shares;
 }
 
-// Scheffe's factor for six parameters. It covers the largest error over all directions, which has
-// about six free parameters.
+// Returns Scheffe's coverage factor for six parameters. The angle error as a function of the
+// direction has about six free parameters, so the interval with this factor is valid for the
+// direction with the largest error.
 double factor_of_largest_error(double degrees_of_freedom) {
   constexpr double parameters = 6.0;
   constexpr double as_good_as_infinite = 1e6;

@@ -55,8 +55,8 @@ Observations wanted_of(const Experiment& experiment, const Observations& observa
   return select_rows(observations, rows);
 }
 
-// The standard deviation of the cube's turn about each axis when it is laid down [rad]; 0 if the
-// record does not separate it from other scatter.
+// Returns the standard deviation of the cube's turn about each axis when it is laid down [rad].
+// Returns 0 if the record does not separate this turn from other scatter.
 double seat_scatter_rad(const Calibration& record) {
   for (const ScatterComponent& component : record.fit.statistics->components) {
     if (component.name == "seats" && component.sd.size() > 0) {

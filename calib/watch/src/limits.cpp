@@ -36,7 +36,7 @@ struct Measured {
 
 constexpr double as_good_as_infinite = 1e6;
 
-// The probability that a quantity is at most a limit, from its measured value.
+// Returns the probability that the true value of a quantity is at most `limit`.
 double probability_below(const Measured& one, double limit) {
   const double nu = std::min(one.degrees_of_freedom, as_good_as_infinite);
   if (one.is_scatter) {
@@ -56,7 +56,7 @@ double conformity_of(const Measured& one, const Limit& limit) {
          (limit.low ? probability_below(one, *limit.low) : 0.0);
 }
 
-// The distance from a scatter s to its upper 95 % bound, s sqrt(nu / chi^2(nu; 0.05)).
+// Returns the distance from a scatter s to its upper 95 % bound, s sqrt(nu / chi^2(nu; 0.05)).
 double scatter_guard_band(double s, double nu) {
   constexpr double risk = 0.05;
   return s * (std::sqrt(nu / chi_squared_quantile(risk, nu)) - 1.0);

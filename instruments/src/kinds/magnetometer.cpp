@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::array<std::string_view, 2> names = {"heading_deg", "dip_deg"};
 
-// The tilt-compensated heading of the axis x (forward), clockwise from north, and the dip, positive
-// down.
+// Computes the tilt-compensated heading of the axis x (forward), clockwise from north, and the dip,
+// positive down.
 DerivedValues derive(const DeriveInput& input) noexcept {
   const Eigen::Vector3d up = input.up->normalized();
   const Eigen::Vector3d& field = input.field_in_sensor;

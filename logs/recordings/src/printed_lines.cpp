@@ -114,8 +114,9 @@ struct PrintedLine {
   std::size_t count = 0;
 };
 
-// Finds the kinds of lines of pairs that a text repeats, in the order of their first occurrence. A
-// kind that occurs once is left out, unless it is the only kind.
+// Finds the kinds of lines with pairs of a name and a number. Lines of one kind have the same
+// names. The kinds are in the order of their first occurrence. A kind that occurs only once is left
+// out, unless it is the only kind.
 // @param others  receives the number of all other lines.
 std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, std::size_t& others) {
   std::vector<PrintedLine> lines;
@@ -229,8 +230,8 @@ ByteSource printed_lines_as_table(ByteSource bytes) {
   for (const PrintedLine& line : lines) {
     own += line.count;
   }
-  // Sketches may print other lines between the samples, so a quarter of the lines is enough if a
-  // sample has several lines, and more than half if it has one.
+  // Sketches may print other lines between the samples. If a sample consists of several lines of
+  // pairs, a quarter of all lines must be lines of pairs. If it is one line, more than half.
   if (own > 0 && (lines.size() > 1 ? 3 * own >= others : own > others)) {
     return pairs_as_table(std::move(bytes), std::move(lines));
   }

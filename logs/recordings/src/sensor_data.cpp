@@ -49,8 +49,8 @@ double length_of(const LogBlock& block, std::size_t first, std::size_t row) {
   return std::hypot(block[first][row], block[first + 1][row], block[first + 2][row]);
 }
 
-// The lengths of the vectors of three columns: their median, and the median of their relative
-// deviations from it.
+// Statistics of the lengths of the vectors in three columns: `middle` is the median length, and
+// `spread` is the median of |length - middle| / middle.
 struct Lengths {
   double middle = 0.0;
   double spread = 1.0;
@@ -147,9 +147,11 @@ double dot(const Vector& a, const Vector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// @return the correlation of the changes of gravity with the rotation by three columns of rates,
-//         d(up)/dt = -rate x up. The changes are taken over `step` samples, because noise between
-//         neighbouring samples hides a slow turn.
+// Tests whether three columns are the rates of a gyroscope. If they are, they explain the changes
+// of gravity: d(up)/dt = -rate x up. The changes are computed over `step` samples, because the
+// noise of neighbouring samples hides a slow turn.
+// @return the correlation between the measured changes and -rate x up, -1 to 1; 0 if gravity or
+//         rates do not change.
 double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates, std::size_t step) {
   double product = 0.0;
   double changes = 0.0;

@@ -233,8 +233,8 @@ class LayoutFinder {
     }
   }
 
-  // Finds the first row that has the usual number of cells, and more than half as many numbers as
-  // the row with the most numbers.
+  // Finds the first row of the table. It has the usual number of cells, and more than half of the
+  // largest number of numeric cells in such a row.
   void find_first_row() {
     std::size_t most = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {

@@ -791,7 +791,7 @@ TEST(OwnField, ThatMovesIsAskedForAtEachReadingsTime) {
   }
   EXPECT_THAT(test::complaint_of<RefusedError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
-              HasSubstr("the field mast needs the time"));
+              HasSubstr("the field mast requires the time"));
 }
 
 // A source that circles slowly. Its strength may grow with time.

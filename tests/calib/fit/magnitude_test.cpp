@@ -120,7 +120,7 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
         (result.sensor.response.bias(2) - hard_iron(2)) / result.fit.statistics->bias_se(2) / runs;
     se = result.fit.statistics->bias_se(2);
     if (seed == 1) {
-      EXPECT_THAT(result.findings.notes, test::HasNote(HasSubstr("corrected for its bias")));
+      EXPECT_THAT(result.findings.notes, test::HasNote(HasSubstr("were corrected for the error that noise causes")));
       ASSERT_FALSE(result.findings.warnings.empty());
       EXPECT_EQ(result.findings.warnings.front().code, WarningCode::coverage);
       EXPECT_THAT(result.findings.warnings.front().message, HasSubstr("-z"));
@@ -172,7 +172,7 @@ TEST(MagnitudeMethod, RefusesOrientationsThatDoNotTell) {
   // The error names the cause that the readings show, here an axis that does not respond.
   Observations dead = hand_motion(directions_on_sphere(100), S, 0.1, 1);
   dead.response.col(1) *= 1e-3;
-  EXPECT_THAT(complaint(dead), testing::HasSubstr("axis y hardly changes"));
+  EXPECT_THAT(complaint(dead), testing::HasSubstr("the readings of axis y hardly change"));
   EXPECT_THROW(static_cast<void>(calibrate(magnitude_experiment(), hand_motion(plane, S, 0.1, 1))),
                RefusedError);
   Observations levels = hand_motion(directions_on_sphere(30), S, 0.0, 1);
@@ -203,7 +203,7 @@ TEST(MagnitudeMethod, RobustRegressionPassesOverReadingsThatWereMoved) {
   const Calibration result = calibrate(experiment, observations);
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 5e-3);
   EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr("runs 8, 21, 34 and 62: given no weight for axis x")));
+              test::HasNote(HasSubstr("runs 8, 21, 34 and 62: robust regression ignores the readings of axis x")));
 }
 
 // ---- coverage of the sphere ----

@@ -241,7 +241,7 @@ TEST(Culprit, WholeRunsShowAgainstNominalValues) {
   const Calibration result = calibrate(experiment, observations);
   ASSERT_EQ(result.findings.warnings.size(), 3U);
   EXPECT_EQ(result.findings.warnings[0].code, WarningCode::unit_factor);
-  EXPECT_THAT(result.findings.warnings[0].message, HasSubstr("a factor 1000"));
+  EXPECT_THAT(result.findings.warnings[0].message, HasSubstr("a factor of 1000"));
   Observations swapped = observe(truth, {.noise_sd = 1e-4});
   swapped.response.col(0).swap(swapped.response.col(1));
   EXPECT_EQ(calibrate(experiment_for(truth), swapped).findings.warnings.front().code,

@@ -178,7 +178,7 @@ TEST(Drift, IsATermWhereItIsFound) {
   EXPECT_NEAR(found.sensor.response.bias(0), truth.response.bias(0), 5.0 * noise);
   EXPECT_THAT(found.findings.notes,
               test::HasNote(testing::HasSubstr("drift over the run, by x 0.00")));
-  EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("repeatability only")));
+  EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("only repeatability")));
   experiment.fit.drift = DriftSetup::none;
   const Calibration without = calibrate(experiment, run);
   EXPECT_NE(without.findings.status, CalibrationStatus::ok);

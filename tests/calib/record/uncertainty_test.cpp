@@ -163,7 +163,7 @@ TEST(Advice, SaysWhatWouldHalveIt) {
   EXPECT_THAT(more.text, HasSubstr("48 readings instead of 12"));
   const Advice none =
       advice_to_halve({.u = 1.0, .by_source = {0.8, 0.6}}, {"fit", "positioner"}, 12);
-  EXPECT_THAT(none.text, HasSubstr("no single source"));
+  EXPECT_THAT(none.text, HasSubstr("improving one source cannot halve"));
 }
 
 // ---- readings ----

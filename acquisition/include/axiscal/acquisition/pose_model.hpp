@@ -39,8 +39,8 @@ struct PlacedReading {
   DesignEntry entry;
   Eigen::VectorXd mean;  ///< m entries [unit]
   Eigen::VectorXd u;     ///< standard uncertainty of the mean from noise, m entries [unit]
-  /// Turns the field of PoseModelSetup into the field at the time of the reading, frame table; from
-  /// change_of_field().
+  /// Rotation in the table's frame that converts PoseModelSetup::field to the field at the time of
+  /// the reading, from change_of_field().
   Eigen::Matrix3d field_turn = Eigen::Matrix3d::Identity();
 };
 
@@ -56,27 +56,30 @@ struct PoseModelFit {
   /// The ratio of the residuals' variance to the stated variance; at least 1.
   double variance_factor = 1.0;
   double cost = 0.0;           ///< sum of the squared weighted residuals
-  Eigen::MatrixXd covariance;  ///< of bias (m), sensitivity by rows (3 m), direction (2), scale (1)
+  /// Covariance of the parameters, in this order: bias (m), sensitivity by rows (3 m), direction of
+  /// the field (2), common scale of the sensitivities (1).
+  Eigen::MatrixXd covariance;
 };
 
 /// The match of a reading with the 24 poses of the cube.
 struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< pose with the smallest chi^2
-  double log_ratio = 0.0;  ///< half the difference between misfit and best_misfit
+  double log_ratio = 0.0;  ///< (misfit - best_misfit) / 2
   double misfit = 0.0;     ///< chi^2 of the stated pose, m degrees of freedom
   double best_misfit = 0.0;
   bool looks_like_another = false;  ///< another pose fits far better, and its chi^2 is acceptable
   bool fits_none = false;           ///< no pose fits, for example of a tilted or moving cube
 };
 
-/// Predicts the reading in each of the 24 poses from the prior and the earlier readings, and so
-/// detects a wrong pose at once.
+/// Detects a wrong pose as soon as a reading is taken. It predicts the reading for each of the 24
+/// poses from the prior and the earlier readings, and compares the reading with the predictions.
 ///
-/// The response is v = b + S f with f = R_sp R f_table, where R is the rotation positioner from
-/// table of the pose and R_sp is the rotation sensor from positioner. The prior is weak: it expects
-/// S near s times the nominal axes, with a nominal or unknown scale s, and f_table near its nominal
-/// direction. The covariance of the parameters is part of each prediction. With few readings the
-/// model therefore reports only gross mistakes.
+/// The response is v = b + S f with f = R_sp R f_table. Here R is the pose's rotation from the
+/// table's frame to the positioner's frame, and R_sp is the rotation from the positioner's frame to
+/// the sensor's frame. The prior is weak. It expects that S is near s times the nominal axes, where
+/// the scale s is nominal or unknown, and that f_table is near its nominal direction. The
+/// uncertainty of a prediction includes the covariance of the parameters. After few readings this
+/// covariance is large, so the model reports only gross mistakes.
 ///
 /// @par Source
 /// The Gauss-Newton method with a normal prior; chi^2 of each pose's prediction.
@@ -95,9 +98,11 @@ class PoseModel {
   /// @return the best fit first, then the fits that are about as good.
   [[nodiscard]] std::vector<PoseModelFit> fits(const std::vector<PlacedReading>& known) const;
 
-  /// @return the smallest predicted distance between two readings, relative to the effect of the
-  ///         field; 0 if they may be equal. The minimum is over the directions of the field in
-  ///         `fits`, or over all possible directions if `fits` is empty.
+  /// Predicts how much two readings must differ at least. The prediction uses the nominal axes. The
+  /// minimum is over the directions of the field in `fits`, or over all possible directions if
+  /// `fits` is empty.
+  /// @return the smallest length of the difference divided by the effect of the field (sensitivity
+  ///         times magnitude); 0 if the readings may be equal.
   [[nodiscard]] double least_contrast(const PlacedReading& one,
                                       const PlacedReading& other,
                                       const std::vector<PoseModelFit>& fits) const;

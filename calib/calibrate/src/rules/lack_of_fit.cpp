@@ -14,14 +14,14 @@ namespace {
 constexpr double false_lack_of_fit = 1e-3;
 
 void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
-  // A nonlinear response can look like a saturated axis, so the test is made even if an axis was
-  // found saturated.
+  // A nonlinear response can look like a saturated axis. Therefore the test is skipped only if a
+  // mistake other than saturation was found.
   if (run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated) {
     return;
   }
   const std::vector<LackOfFit>& tests = statistics_of(run).lack_of_fit;
   for (std::size_t k = 0; k < tests.size(); ++k) {
-    // NaN means that the test was impossible; it does not give a warning.
+    // The p-value is NaN if the test was impossible; then no warning is given.
     if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
       found.add(
           WarningCode::lack_of_fit, {},

@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// The run numbers of the readings on one rest face in one block.
+// Returns the run numbers of the readings on the rest face of `estimate`, in its block.
 std::vector<int> runs_of_face(const JudgedRun& run, const LevelnessEstimate& estimate) {
   std::vector<int> runs;
   for (const ReadingResidual& residual : run.calibration.fit.residuals) {

@@ -14,8 +14,8 @@ constexpr double false_nonlinearity = 0.005;
 
 void find_nonlinearity(const JudgedRun& run, Warnings& found) {
   const std::optional<CurvatureTest>& curvature = run.tests.curvature;
-  // A nonlinear response can look like a saturated axis, so the test is made even if an axis was
-  // found saturated.
+  // A nonlinear response can look like a saturated axis. Therefore only a mistake other than
+  // saturation counts as an explanation.
   const bool explained =
       run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated;
   // If readings scatter more along the field, the ends of the response also scatter more.

@@ -16,7 +16,8 @@ namespace {
 
 // Permitted probability of a false alarm in a run with normal noise.
 constexpr double false_outlier = 1e-4;
-// Permitted probability of a false alarm in a run whose noise has the tails of this run.
+// Permitted probability of a false alarm in a run whose noise has heavy tails, as estimated from
+// the run's own residuals.
 constexpr double false_by_its_company = 0.01;
 
 struct Outlier {
@@ -30,7 +31,7 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   const auto tests = static_cast<double>(statistics.rows.size()) *
                      static_cast<double>(calibration.sensor.response.bias.size());
   std::vector<Outlier> outliers;
-  std::optional<NoiseTails> tails;  // noise of all readings; computed only if needed
+  std::optional<NoiseTails> tails;  // distribution of the residuals; computed at the first use
   const auto by_its_company = [&](double t) {
     if (!tails) {
       tails.emplace();
@@ -71,8 +72,8 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   return outliers;
 }
 
-// Method paired is not tested: the levelness test finds mistakes in the differences, and the
-// averages have too few degrees of freedom to name a reading.
+// Method paired is not tested, because its averages have too few degrees of freedom to name a
+// reading. The levelness test finds mistakes in the differences of opposite readings.
 std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {
   std::vector<Outlier> outliers;
   if (!method_kind(calibration.fit.method).averages_pairs) {

@@ -18,7 +18,7 @@ namespace {
 // Residual scatter above this part of the full response is a mistake, not noise.
 constexpr double largest_residual_share = 0.02;
 
-// The run numbers of the readings with robust weight 0 for an axis.
+// Returns the run numbers of the readings with robust weight 0 for an axis.
 std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   std::set<int> runs;
   for (Eigen::Index i = 0; i < statistics_of(run).robust_weight.rows(); ++i) {
@@ -30,7 +30,7 @@ std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   return runs;
 }
 
-// True if the field can be set, and a column for its level is missing.
+// Returns true if the field can be set, and a column for its level is missing.
 bool lacks_level(const JudgedRun& run) {
   const std::vector<FieldDescription>& parts = run.calibration.sensor.field.parts;
   const FieldKind& kind = field_kind(run.calibration.sensor.field.kind);
@@ -42,7 +42,7 @@ bool lacks_level(const JudgedRun& run) {
          !run.calibration.fit.residuals.empty() && !run.calibration.fit.residuals.front().level;
 }
 
-// Further possible causes of large residuals for this kind of field and instrument.
+// Returns further possible causes of large residuals for this kind of field and instrument.
 std::string other_reasons(const JudgedRun& run) {
   const InstrumentKind& kind = find_instrument_kind(run.calibration.sensor.instrument.kind);
   std::string reasons;
@@ -60,7 +60,7 @@ std::string other_reasons(const JudgedRun& run) {
   return reasons;
 }
 
-// A reading without labels has only the residual of the field's magnitude.
+// Tests the residuals of the field's magnitude. Readings without labels have no other residuals.
 void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   double error =
       run.calibration.fit.orientations ? run.calibration.fit.orientations->fit_error : 0.0;
@@ -89,7 +89,8 @@ void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   }
 }
 
-// The averages of method paired can hide a mistake, so the readings' residuals are also tested.
+// Tests the residual standard deviation and also the readings' residuals, because the averages of
+// method paired can hide a mistake.
 void find_poor_fit(const JudgedRun& run, Warnings& found) {
   if (run.mistakes.culprit) {
     return;

@@ -20,7 +20,7 @@ namespace axiscal {
 /// Two directions of the field fit equally well.
 [[nodiscard]] WarningRule two_solutions_rule();
 
-/// The set of readings that one-sided axes see does not converge.
+/// The search for the readings to which the one-sided axes respond does not converge.
 [[nodiscard]] WarningRule one_sided_unsettled_rule();
 
 /// The orientations leave a large gap.
@@ -56,7 +56,8 @@ namespace axiscal {
 /// The response is not linear.
 [[nodiscard]] WarningRule nonlinearity_rule();
 
-/// Opposite readings contradict the given direction of the field.
+/// Opposite readings (same rest face, opposite fence faces) contradict the given direction of the
+/// field.
 [[nodiscard]] WarningRule slope_rule();
 
 /// Method paired left out readings without an opposite reading.

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double false_slope = 0.005;
 
-// The stated standard uncertainty of the field's x and y in the table, divided by its magnitude.
+// Returns the stated standard uncertainty of the field's components along the table's x and y,
+// divided by the field's magnitude.
 double stated_slope_u(const JudgedRun& run) {
   double variance = 0.0;
   if (run.calibration.fit.uncertainty) {
@@ -24,8 +25,9 @@ double stated_slope_u(const JudgedRun& run) {
   return std::sqrt(variance);
 }
 
-// Tests whether opposite readings show another slope than the given field, by F(2, nu). The
-// variance of a slope is the sum of the variance from the readings and the stated variance.
+// Tests by F(2, nu) whether opposite readings (same rest face, opposite fence faces) show another
+// slope than the given field. The variance of the difference is the variance of the measured slope
+// plus the stated variance.
 void find_slope(const JudgedRun& run, Warnings& found) {
   const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
   if (!method_kind(run.calibration.fit.method).directions_known || !levelness ||
@@ -42,7 +44,7 @@ void find_slope(const JudgedRun& run, Warnings& found) {
   constexpr double rounding = 1e-9;
   const double p = f_upper_p(0.5 * (off.square() / all).sum(), 2.0,
                              levelness->degrees_of_freedom / (share * share));
-  // NaN means zero degrees of freedom; it does not give a warning.
+  // p is NaN for zero degrees of freedom; then no warning is given.
   if (off.abs().maxCoeff() > rounding && p < false_slope) {
     found.add(
         WarningCode::slope, {},

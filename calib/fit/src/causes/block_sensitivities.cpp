@@ -46,14 +46,16 @@ struct BlockFits {
   }
 };
 
-// The mean of an entry of S over the blocks that determine it, weighted by information: random
-// effects by DerSimonian and Laird (1986), and the variance of the mean by Hartung and Knapp
-// (2001). Blocks with equal information give the plain mean and its usual variance.
+// The weighted mean of one entry of S over the blocks that determine it. The weights are those of
+// DerSimonian and Laird (1986); they include the noise of a block and the scatter between blocks.
+// The variance of the mean is that of Hartung and Knapp (2001). If all blocks are equally accurate,
+// the result is the plain mean with its usual variance.
 struct EntryMean {
   double mean = 0.0;
   double variance = 0.0;    // variance of the mean, from the scatter of the blocks
   double within = 0.0;      // variance of the mean, from the readings' noise
-  double chi_square = 0.0;  // squares of the blocks about their mean, in units of the noise
+  // Sum over the blocks: squared deviation from the mean, divided by the variance of the noise.
+  double chi_square = 0.0;
   double blocks = 0.0;      // number of blocks
   [[nodiscard]] double mean_square() const { return blocks * variance; }
 };
@@ -160,8 +162,8 @@ struct Entries {
   void add(Eigen::Index component, Eigen::Index axis) { all.emplace_back(component, axis); }
 };
 
-// The p-value of a test whether S is rotated between blocks, for example if the instrument is
-// mounted again for each block.
+// Returns the p-value of a test for rotations of S between blocks. Such rotations occur, for
+// example, if the instrument is mounted again for each block.
 double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eigen::VectorXd& s2) {
   std::vector<std::size_t> blocks(fits.S.size());  // the blocks that determine all nine entries
   std::iota(blocks.begin(), blocks.end(), std::size_t{0});
@@ -207,8 +209,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   if (fits.S.size() < 2) {
     return false;
   }
-  // Each axis gives an equal share of the degrees of freedom of the field's directions, which all
-  // blocks share.
+  // All blocks share the directions of the field. The degrees of freedom of these directions are
+  // subtracted from the axes in equal parts.
   fits.free.array() -=
       static_cast<double>(run.column_count() - set.column_count() * m) / static_cast<double>(m);
   Eigen::VectorXd s2 = fits.squares.cwiseQuotient(fits.free);
@@ -265,8 +267,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     }
     group.p_value = f_upper_p(std::max(sum / free_of_blocks, 1e-300), free_of_blocks, free);
   }
-  // If a difference is not significant, one S for all blocks has the same accuracy and shorter
-  // intervals.
+  // If the differences of a group are not significant, the fit with one S for all blocks is equally
+  // accurate and has shorter intervals.
   constexpr double all_differ_below = 0.25;
   constexpr double one_differs_below = 0.1;
   WiderIntervals wider("block_sensitivities", estimate);
@@ -278,7 +280,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     for (const auto& [l, k] : groups[g].all) {
       const EntryMean& one = entry(l, k);
       if (one.blocks >
-          1.0) {  // otherwise all readings together determine S better than a block does
+          1.0) {  // if only one block determines the entry, the fit of all readings is better
         estimate.response.sensitivity(k, l) = one.mean;
         wider.widen(p * k + 1 + l, one.variance, one.blocks - 1.0);
         wider.widen(p * k + 1 + l, one.within, fits.free(k));

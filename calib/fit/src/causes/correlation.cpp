@@ -12,8 +12,9 @@
 namespace axiscal {
 namespace {
 
-// The readings in order, without the columns of the blocks, because a shift between blocks is
-// correlation too. nullopt if weights differ, or if there are too few readings.
+// Returns the readings in order, for the test of correlation. The design omits the columns of the
+// blocks, because shifts between blocks are a kind of correlation. Returns nullopt if the weights
+// differ, or if there are too few readings.
 std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Estimate& estimate) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -78,8 +79,8 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   }
   const CorrelatedMean mean = estimate_correlated_mean(*ordered);
   WiderIntervals wider("correlation", estimate);
-  constexpr double slight = 0.1;  // shifts of blocks, which the cause 'blocks' includes, explain a
-                                  // smaller correlation
+  // A smaller correlation may come from shifts of blocks, which the cause 'blocks' includes.
+  constexpr double slight = 0.1;
   if (!(mean.correlation > slight)) {
     return;
   }

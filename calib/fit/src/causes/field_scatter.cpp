@@ -17,10 +17,11 @@
 namespace axiscal {
 namespace {
 
-// The ratio of the mean squares of two parts of the residuals r: r' D r and r' (1 - D) r with
-// weights D. For white noise this ratio has approximately an F distribution, with degrees of
-// freedom from the traces of Z and Z^2, where Z = P D P and P = 1 - K K^T is the projection onto
-// the residual space.
+// The ratio of the mean squares of two parts of the residuals r. With a diagonal matrix D of
+// weights between 0 and 1, the sums of squares of the parts are r' D r and r' (1 - D) r. For white
+// noise the ratio has approximately an F distribution. The degrees of freedom of the first part
+// follow from the traces of Z and Z^2 with Z = M D M, where M is the projection onto the residual
+// space; those of the second part follow in the same way with 1 - D.
 struct NoiseRatio {
   double ratio = 1.0;
   double above = 1.0;  // probability of a larger ratio by chance
@@ -77,7 +78,7 @@ struct WeightedHat {
     }
   }
 
-  // The sum of squares of the own block and of both cross blocks.
+  // Returns the sum of squares of the own block and of both cross blocks.
   [[nodiscard]] double squares_of_own() const {
     return own.squaredNorm() + 2.0 * across.squaredNorm();
   }
@@ -87,8 +88,9 @@ struct WeightedHat {
   Eigen::MatrixXd shared;
 };
 
-// The ratio for an axis. A residual belongs to the part along the field with the weight cos^2, and
-// to the other part with 1 - cos^2.
+// Computes the ratio of the noise along the field to the noise across the field, for one axis. The
+// squared residuals have the weights cos^2 in the part along the field and 1 - cos^2 in the part
+// across it.
 NoiseRatio ratio_of_axis(const Fit& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
   const AxisHat axis(run, k);
   const auto part_of = [&](const Eigen::ArrayXd& weights, double squares_of_hat) {
@@ -121,9 +123,10 @@ Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
   return cosines;
 }
 
-// The sandwich estimate of a coefficient's variance, valid for noise that differs between readings,
-// and its degrees of freedom. A squared residual has the weight (influence / (1 - leverage))^2, and
-// the sum is scaled to be unbiased for white noise.
+// The sandwich estimate of a coefficient's variance, with its degrees of freedom. It is valid if
+// the noise differs between readings. It is a weighted sum of the squared residuals. A squared
+// residual has the weight (influence / (1 - leverage))^2; a common factor makes the sum unbiased
+// for white noise.
 struct Sandwich {
   double variance = 0.0;
   double degrees_of_freedom = 0.0;
@@ -139,7 +142,8 @@ class Sandwiches {
     }
   }
 
-  // For coefficient j of an axis. The other axes contribute through the shared unknowns only.
+  // Computes the sandwich estimate for coefficient j of axis k. The other axes influence it only
+  // through the shared unknowns.
   [[nodiscard]] Sandwich of(Eigen::Index k, Eigen::Index j) const {
     const Fit::RootOfAxis& root = axes_[static_cast<std::size_t>(k)].root;
     const auto own = root.own.row(j).transpose();
@@ -158,8 +162,8 @@ class Sandwiches {
       if (a == k) {
         g += axis.hat.Q.lazyProduct(own);
       }
-      // If less remains, the fit passes through the reading, and its residual contains no
-      // information.
+      // If 1 - leverage is not larger than this, the fit passes through the reading, and the
+      // residual contains no information.
       constexpr double least_left = 1e-6;
       const auto left = 1.0 - axis.hat.leverage;
       const Eigen::ArrayXd w = (left > least_left).select((g.array() / left).square(), 0.0);
@@ -310,8 +314,8 @@ void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estim
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
     for (Eigen::Index l = 1; l <= 3; ++l) {
       const Eigen::Index c = run.column_of(k, l);
-      // The estimate is not changed. Its difference from the models' estimate adds to the
-      // uncertainty.
+      // The estimate is not changed. Its difference from the estimate with correlated noise is
+      // added to the uncertainty.
       wider.widen(p * k + l, fit.covariance(c, c) + fit.estimate(c) * fit.estimate(c),
                   fit.degrees_of_freedom);
     }
@@ -339,13 +343,14 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
   if (!gains_differ) {  // gains that differ between blocks look like noise along the field
     add_field_noise(run, part_along(run, along_field(run)), estimate);
   }
-  // along_field() is called again to save memory: both results together would be the peak of a
-  // calibration.
+  // along_field() is called a second time to save memory. Two results at the same time would need
+  // more memory than any other step of a calibration.
   add_field_wander(run, along_field(run), gains_differ, estimate);
 }
 
 CountedEstimate counted_field_scatter(const ScatterAnalysisInput& run, CountedEstimate so_far) {
-  // Averages of opposite readings hide the noise along the field. Rounding errors look like noise.
+  // Averages of opposite positions do not show the noise along the field. Rounding errors look like
+  // noise.
   if (!run.is_transfer() && !run.method.averages_pairs &&
       !is_coarsely_rounded(run.fitted.set(), run.experiment.stated.resolution,
                            so_far.estimate.statistics.residual_sd)) {

@@ -5,8 +5,8 @@
 
 namespace axiscal {
 
-/// A part of a run's noise, for residuals r with weights D. P is the projection onto the residual
-/// space.
+/// A part of a run's noise: the residuals r with a diagonal matrix D of weights. P is the
+/// projection onto the residual space.
 struct PartOfNoise {
   double squares = 0.0;          // r' D r
   double trace = 0.0;            // trace of P D P

@@ -13,14 +13,16 @@
 namespace axiscal {
 namespace {
 
-// The mean square of means about the fit, and its test against the readings about these means.
+// The mean square of the deviations of means from the fit, for one axis. The test compares it with
+// the mean square of the readings about these means.
 struct MeanSquares {
   double between = 0.0;
   double degrees_of_freedom = 0.0;
   double p_value = 1.0;  // p-value of the ratio of `between` to the mean square about the means
 };
 
-// Means over layings, for each axis; empty if no laying has several readings.
+// Computes the mean square of the means over layings, for each axis. The result is empty if no
+// laying has several readings.
 std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estimate) {
   const Layings layings = average_layings(set, estimate);
   const FitStatistics& statistics = estimate.statistics;
@@ -42,7 +44,8 @@ std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estim
   return axes;
 }
 
-// Means over poses, for each axis; empty if poses were not laid several times.
+// Computes the mean square of the means over poses, for each axis. The result is empty if poses
+// were not laid several times.
 std::vector<MeanSquares> of_poses(const FitStatistics& statistics) {
   std::vector<MeanSquares> axes;
   for (const LackOfFit& test : statistics.lack_of_fit) {
@@ -56,8 +59,8 @@ std::vector<MeanSquares> of_poses(const FitStatistics& statistics) {
   return axes;
 }
 
-// The probability that the means of all axes scatter this much by chance. Noise that the axes share
-// makes their tests dependent.
+// Returns the probability that the means of all axes scatter this much by chance. It allows for
+// noise that the axes share, which makes the tests of the axes dependent.
 double p_of_axes(const std::vector<MeanSquares>& axes,
                  const SolvedReadings& fitted,
                  const Estimate& estimate) {
@@ -72,7 +75,8 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
       dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
-// Replaces the mean square of the readings by that of the means if the latter is clearly larger.
+// Computes the intervals from the mean square of the means, if this is clearly larger than the mean
+// square of the readings.
 // @return true if an interval became longer.
 bool widen_by(const std::vector<MeanSquares>& axes,
               const std::string& name,

@@ -18,8 +18,8 @@
 namespace axiscal {
 namespace {
 
-// The rounding steps, without detected steps that are wide relative to the range of the readings:
-// such a step may be a difference between values of the field.
+// Returns the rounding steps. A detected step that is wide relative to the range of the readings is
+// set to 0, because it may be a difference between values of the field.
 Eigen::MatrixXd counted_steps(const ReadingSet& set,
                               double stated_step,
                               const Eigen::VectorXd& noise_sd) {
@@ -81,13 +81,15 @@ Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Inde
   return poses;
 }
 
-// The variances of an axis's coefficients if readings that round to the same digit share an error.
+// The variances of an axis's coefficients, if all readings that round to the same digit have the
+// same rounding error.
 struct RoundedFit {
   Eigen::VectorXd variance;
   double degrees_of_freedom = 0.0;
 };
 
-// @param map   the matrix from the coefficients of the design's columns to those of the model.
+// Fits the means of the poses; nullopt if they do not determine the coefficients.
+// @param map   the matrix that converts coefficients of the design's columns to those of the model.
 // @param step  the rounding step of each pose.
 std::optional<RoundedFit> fit_poses(const Poses& poses,
                                     const Eigen::MatrixXd& design,

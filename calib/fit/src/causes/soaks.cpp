@@ -47,7 +47,7 @@ Soaks soaks_of(const ReadingSet& set) {
   return soaks;
 }
 
-// The distances of the soaks' biases or scales from their curve.
+// The deviations of the soaks' biases or scales from their polynomial in the temperature.
 struct OffCurve {
   double mean_square = 0.0;  // mean square of a soak's deviation
   double variance = 0.0;     // variance of the deviations without the readings' noise
@@ -62,16 +62,17 @@ OffCurve off_curve(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance
           .p_value = f_upper_p(std::max(f, 1e-300), q, nu)};
 }
 
-// The soaks' scatter of an axis, if it is significant.
+// The significant scatter of the soaks, for one axis.
 struct SoaksOfAxis {
   Eigen::Index axis = 0;
   OffCurve bias;
   OffCurve scale;  // deviations of the temperature scale, relative to the sensitivity
 };
 
-// A test of nested models for each axis: each soak has its own bias and scale in addition to the
-// polynomials. If they are significant, the scatter of the soaks about the curves is a component
-// "soaks" of the covariance with L - order - 1 degrees of freedom (method.md, section 6).
+// Tests for each axis whether the soaks need their own biases and scales in addition to the
+// polynomials (a test of nested models). If they do, the scatter of the L soaks about the
+// polynomials becomes a component "soaks" of the covariance with L - order - 1 degrees of freedom
+// (method.md, section 6).
 void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   const TemperatureTerms& terms = set.temperature;
   if (terms.order == 0 || terms.soak.empty() || set.robust || set.also_kinds.size() > 0 ||
@@ -157,9 +158,9 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   statistics.covariance = of_readings + of_components;
   fill_intervals(statistics);
   put_intervals(statistics);
-  // The variance of each coefficient from the scatter of the soaks about the polynomials. It is
-  // added to the covariance. An interval becomes longer only if the scatter of the soaks alone
-  // gives a longer one.
+  // The component adds the variance of each coefficient that the scatter of the soaks causes. An
+  // interval becomes longer only if the interval from this scatter, without the noise of the
+  // readings, is longer.
   ScatterComponent component{.name = "soaks",
                              .sd = Eigen::VectorXd::Zero(m),
                              .unit = {},

@@ -43,9 +43,10 @@ std::size_t end_of_block(const SuspectRun& run, std::size_t at) {
   return end;
 }
 
-// Adds the steps of one axis within one block. The column of a cut equals the column of the next
-// cut plus one more reading. Therefore the column's products with the basis and with the residuals
-// are computed as running sums.
+// Adds the steps of one axis within one block. A cut is the position of the first reading after a
+// step. The column of a step is 1 for the readings from the cut to the end of the block, so the
+// column of the previous cut has one reading more. Therefore the column's products with the basis
+// and with the residuals are computed as running sums.
 void add_steps(const SuspectRun& run,
                const HypothesisFit& fit,
                Eigen::Index axis,
@@ -71,7 +72,7 @@ void add_steps(const SuspectRun& run,
   }
 }
 
-// All steps, the largest reduction first.
+// Returns all steps, sorted by the reduction of the sum of squares, the largest first.
 std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<Step> steps;
   if (run.set().temperature.order > 0) {

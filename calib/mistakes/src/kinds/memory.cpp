@@ -16,8 +16,9 @@ constexpr std::array memory_advice = {MistakeAdvice{
 
 constexpr double memory_range = 0.05;  // largest fraction of a change that a reading keeps
 
-// The columns for hysteresis, one for each axis: a reading keeps a part of the previous reading.
-// The entries are the previous reading minus the present one, in units of the axis's full response.
+// Returns the columns for hysteresis, one for each axis. With hysteresis, a reading keeps a part of
+// the previous reading. The entries are the previous reading minus the present one, in units of the
+// axis's full response.
 Eigen::MatrixXd memory_columns(const SuspectRun& run) {
   const Eigen::MatrixXd changes = previous_minus_current(run.set().readings, run.set().response);
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), run.m());

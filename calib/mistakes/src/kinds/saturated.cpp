@@ -17,7 +17,7 @@ constexpr std::array saturated_advice = {
                   .one = "State the range of the axis, or set the instrument to a range that "
                          "includes the field. A curved response has the same effect."}};
 
-// The fitted response of an axis to the field at each reading, without the bias; n entries.
+// Returns the fitted response of an axis to the field at each reading, without the bias; n entries.
 // @param base  field_design() of the fit.
 Eigen::VectorXd sensed_by(const HypothesisFit& fit,
                           Eigen::Index axis,
@@ -25,7 +25,7 @@ Eigen::VectorXd sensed_by(const HypothesisFit& fit,
   return base.middleCols<3>(1) * fit.coefficients.col(axis).segment<3>(1);
 }
 
-// The readings at one end of an axis's range.
+// Returns the readings at one end of an axis's range.
 std::vector<std::size_t> extremes(const Eigen::VectorXd& sensed, bool top) {
   const double sign = top ? 1.0 : -1.0;
   const double end = sign * (top ? sensed.maxCoeff() : sensed.minCoeff());
@@ -60,7 +60,7 @@ HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) 
     return fit;
   }
   // Rounding can shift all readings at one end by half a step, and all readings at the other end by
-  // half a step in the opposite direction. Therefore smaller shifts are ignored.
+  // half a step in the opposite direction. Therefore shifts of at most 1.5 steps are ignored.
   constexpr double both_ends = 1.5;
   const double step =
       detect_rounding_steps(run.set().response, run.set().weights, 0.0).col(axis).maxCoeff();
@@ -99,7 +99,8 @@ void explain_by_saturation(const SuspectRun& run, Explanations& found) {
       Correction correction = about(run, WarningCode::saturated, readings);
       HypothesisFit fit = fit_saturated(run, k, top);
       if (fit.fitted && (fit.added(0) > 0.0) == top) {
-        // A limit at the upper end gives low readings, a limit at the lower end high readings.
+        // Saturation makes readings too low at the upper end and too high at the lower end. A shift
+        // in the other direction is not saturation.
         continue;
       }
       found.add(std::move(fit), {drift_range * run.full_response(k)}, count_of_ends(run),

@@ -17,8 +17,8 @@ constexpr std::array table_moved_advice = {MistakeAdvice{
            "readings before and after the move different block numbers, and fit one slope of the "
            "table for each block (level by block)."}};
 
-// The derivative of one reading, one row for each axis, with respect to a turn of the field in the
-// table.
+// Returns the derivative of one reading with respect to a turn of the field in the table, one row
+// for each axis.
 Eigen::MatrixX2d table_rows(const SuspectRun& run,
                             std::size_t i,
                             const TableField& field,
@@ -32,8 +32,8 @@ Eigen::MatrixX2d table_rows(const SuspectRun& run,
   return coefficients.middleRows<3>(1).transpose().lazyProduct(change);
 }
 
-// The two columns for a change of the field's direction in the table frame. The entries are not 0
-// for the readings from position `cut` of run.order() on.
+// Returns the two columns for a change of the field's direction in the table frame. Only the
+// readings from position `cut` of run.order() to the end of the run have entries other than 0.
 Eigen::MatrixXd table_columns(const SuspectRun& run,
                               std::size_t cut,
                               const TableField& field,
@@ -49,9 +49,10 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
   return Z;
 }
 
-// The reduction of the sum of squares if the table moved after a reading, to first order; one entry
-// for each cut. The columns of a cut equal the columns of the next cut plus one more reading.
-// Therefore their products with the basis and with the residuals are computed as running sums.
+// Returns the reduction of the sum of squares if the table moved before the reading at a cut, to
+// first order; one entry for each cut. The columns of a cut have one reading more than the columns
+// of the next cut. Therefore their products with the basis and with the residuals are computed as
+// running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 2);
@@ -74,8 +75,8 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
   return drops;
 }
 
-// The cuts to fit. If a run has too many cuts, only those that reduce the sum of squares most.
-// Empty if the field is known.
+// Returns the cuts to fit. If a run has too many cuts, these are the ones that reduce the sum of
+// squares most. If the field is known, there are none.
 std::vector<std::size_t> cuts_of(const SuspectRun& run) {
   std::vector<std::size_t> all;
   for (std::size_t cut = 1; cut < run.count() && !run.fitter().known_field(); ++cut) {
@@ -108,7 +109,8 @@ double quick_p_of_cuts(const SuspectRun& run, const HypothesisFit& fit) {
 }
 
 void detect_cuts(const SuspectRun& run, const Consider& consider) {
-  // The effective fraction of independent tests: neighbouring cuts give nearly the same result.
+  // The number of independent tests, as a fraction of the number of cuts. It is below 1, because
+  // neighbouring cuts give nearly the same result.
   constexpr double independent = 0.3;
   for (const std::size_t cut : cuts_of(run)) {
     const HypothesisFit moved = fit_table_moved(run, cut);

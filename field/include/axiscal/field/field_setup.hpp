@@ -44,9 +44,10 @@ struct AXISCAL_EXPORT FieldSetup {
   std::shared_ptr<const ReferenceField> of;  ///< the field; null: not stated
   std::string name;  ///< readings state its level in the column level.NAME; may be empty
   std::optional<FieldRole> role;  ///< default: the role of the kind
-  /// Unit of the numbers below. If it is empty, it is the first unit of the kind in which the
-  /// stated magnitude is possible, else the unit of the readings if the kind has it and no number
-  /// is stated, else the kind's default unit.
+  /// Unit of the numbers below. If it is empty, the first of these that exists is used: the kind's
+  /// first unit in which the stated magnitude is possible; the unit() of `of`; the unit of the
+  /// readings, if the kind has it and no number is stated (not for gravity); the kind's default
+  /// unit.
   std::string unit;
   std::optional<double> magnitude;          ///< F [unit]; default: see resolve_field()
   bool magnitude_unknown = false;           ///< true: it is fitted; that of another part is known

@@ -16,8 +16,9 @@
 namespace axiscal {
 
 /// The field in the table's frame as a function of a reading's level and block. It contains the
-/// parts of a sum, the tilts of the table, and the vectors of the field. All fitted field
-/// quantities are accessed through this class.
+/// parts of a sum, the tilts of the table, and the vectors of the field. A tilt is the slope of the
+/// table during the run, or during one block. All fitted field quantities are accessed through this
+/// class.
 ///
 /// The vectors are those at level 1, in the table's frame [unit of the field]. A sum has one vector
 /// for each part, and one tilt. Any other field has one vector for each tilt. There are no vectors

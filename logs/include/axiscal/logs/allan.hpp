@@ -33,10 +33,10 @@ struct AllanPoint {
 /// @param phases  number of phases of the record: its number of samples + 1.
 void add_intervals(std::vector<AllanPoint>& points, double phases);
 
-/// Averaging lengths m = 1, 2, 4, ... up to a third of the samples.
+/// @return the averaging lengths m = 1, 2, 4, ... up to a third of the number of samples.
 [[nodiscard]] std::vector<std::size_t> octave_lengths(std::size_t samples);
 
-/// About ten lengths a decade, up to a third of the samples.
+/// @return averaging lengths m, about ten per decade, up to a third of the number of samples.
 [[nodiscard]] std::vector<std::size_t> decade_lengths(std::size_t samples);
 
 /// Overlapping Allan deviation.

@@ -100,11 +100,11 @@ void check_fences(const RecordedLog& log,
 
 /// Calibrates the instruments of an IMU from one log of rests and the turns between them.
 ///
-/// If the seats are not known, the threshold between rest and motion is the one that gives the
-/// smallest expected error of the coefficients. This error is a scatter times a factor. The scatter
-/// is that of gravity's magnitude, or, with a gyroscope, of the attitudes after the turns. The
-/// factor converts the scatter to an error of the coefficients; it depends on the directions of the
-/// rests.
+/// If the seats are not known, the function chooses the threshold between rest and motion that
+/// gives the smallest expected error of the coefficients. The expected error is a standard
+/// deviation times a factor. With a gyroscope, the standard deviation is that of the attitude
+/// errors after the turns; otherwise it is that of the calibrated magnitudes of gravity. The factor
+/// depends on the directions of the rests: it is large if they do not cover all sides.
 ///
 /// The accelerometer is calibrated by its seats if they are known, otherwise by method magnitude.
 /// The gyroscope is calibrated from the turns between rests (fit_turns()). The magnetometer is

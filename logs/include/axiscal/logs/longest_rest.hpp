@@ -23,13 +23,15 @@ struct LongestRest {
   bool moves = false;   ///< true if even this part is not a rest: the instrument moves all the time
 };
 
-/// Finds the longest part of a log at rest. A window of half a second is at rest if its variance in
-/// every column is at most 8 to 40 times the 10 % quantile of the column's variances. At each end
-/// that borders on motion the outermost window is left out, because a hand may have moved the
-/// instrument in it.
+/// Finds the longest part of a log at rest. The log is divided into windows of about half a second.
+/// A window is at rest if its variance in every column is at most a factor times the column's
+/// variance at rest. The variance at rest is the 10 % quantile of the variances of the windows, or
+/// the 2 % quantile if less than a tenth of the log is at rest. The factor is 8 to 40, and is
+/// larger if the variances of a column differ more. If the part begins or ends next to a window in
+/// motion, its window there is left out, because a hand may have moved the instrument in it.
 ///
-/// A log of a walk or a ride contains no quiet windows to compare with. It is recognised by the
-/// means of neighbouring windows, which differ more than those of any sensor at rest (0.05 m/s^2,
+/// A log of a walk or a ride contains no windows at rest. LongestRest::moves is then true, because
+/// the means of neighbouring windows differ by more than those of a sensor at rest (0.05 m/s^2,
 /// 0.3 deg/s).
 /// @param columns  columns of equal length.
 /// @param rate_hz  samples per second.

@@ -65,19 +65,22 @@ struct NoiseModel {
 ///
 /// With e = 0 the chi^2 test shows whether the kinds of noise describe the curve (p > 0.05). If
 /// they do not, up to four of the shortest octaves are left out, because a filter may shape them.
-/// If no such fit passes the test, e is the value for which chi^2 equals its degrees of freedom,
-/// and the number of left-out octaves is that with the smallest e. In this case no interval is
-/// narrower than +-10 %.
+/// If no such fit passes the test, e is increased until chi^2 equals its degrees of freedom. Of the
+/// fits with different numbers of left-out octaves, the one with the smallest e is used. In this
+/// case no interval is narrower than +-10 %.
 ///
-/// White noise that a stretch of the curve shows is always kept. Such a stretch has four octaves or
-/// more over which tau times the Allan variance is constant: the chi^2 test with an error of 3 %
-/// has p > 0.05, and the slope is within 0.1 of -1/2. If the fit gives less than 0.7 of the N of
-/// the stretch, N is taken from the stretch, and the other kinds are fitted to the remainder.
+/// A curve shows white noise directly if it has a stretch of four octaves or more over which tau
+/// times the Allan variance is constant. This product is regarded as constant if the chi^2 test,
+/// with an error of 3 % of the deviations, has p > 0.05, and the slope is within 0.1 of -1/2. If
+/// the N of the fit is less than 0.7 times the N of the stretch, N is taken from the stretch, and
+/// the other kinds are fitted to the remaining variances.
 ///
-/// The interval of a coefficient contains the values for which the deviance, minimised over the
-/// other coefficients and over all sets of the other kinds, rises by at most 10 to 13. These limits
-/// were found by simulation, because the points of a curve are correlated. If a coefficient is
-/// positive but its `low` is 0, the best model contains this noise, but the noise is not proven.
+/// The interval of a coefficient is found from the deviance as a function of this coefficient. For
+/// each of its values, the deviance is minimised over the other coefficients and over all sets of
+/// the other kinds. The interval contains the values at which this minimum exceeds the smallest one
+/// by at most a limit of 10 to 13. The limits were found by simulation, because the points of a
+/// curve are correlated. If a coefficient is positive and its `low` is 0, the best model contains
+/// this noise, but a model without it is also possible.
 /// @throws DomainError  for fewer than three points.
 /// @par Source
 /// IEEE Std 952-2020, annex C; N. El-Sheimy, H. Hou, X. Niu, IEEE Trans. Instrum. Meas. 57 (2008);

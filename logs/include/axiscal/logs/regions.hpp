@@ -40,10 +40,10 @@ struct Region {
 
 /// Calibrates the instruments of a log whose rests and turns are known.
 ///
-/// If all rests have both faces, they are readings of the cube. If they have only the face on the
-/// table, the table is assumed to be level, so its slope becomes part of the biases. If they have
-/// no faces, the accelerometer is calibrated by method magnitude. The whole turns of a gyroscope
-/// are known rotations:
+/// The accelerometer is calibrated from the rests. If both faces of all rests are stated, the rests
+/// are readings of the cube. If only the faces on the table are stated, the table is assumed to be
+/// level, so that its slope becomes part of the biases. If no faces are stated, the method is
+/// magnitude. The gyroscope is calibrated from the whole turns, whose rotations are known:
 ///
 ///     mean of v - v0 = S u 2 pi n / T
 ///

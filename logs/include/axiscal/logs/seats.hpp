@@ -56,10 +56,11 @@ void assume_level_table(double magnitude,
 [[nodiscard]] SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
                                         const std::vector<RunSheetRow>& sheet);
 
-/// Computes how far the rests deviate from the poses and levels of a sheet in its order. The model
-/// is any linear response to any field that is constant in the table's frame: v_i = c + M
-/// vec(level_i R_i), with c and M fitted by least squares. Exchanged rests that this model can also
-/// describe are not detected.
+/// Computes how well the rests fit the poses and levels of a sheet, if rest i belongs to row i. The
+/// model is v_i = c + M vec(level_i R_i). Here R_i is the rotation of the pose in row i, and c and
+/// M are fitted by least squares. The model describes every linear instrument in every field that
+/// is constant in the table's frame. If two rests are exchanged, but the model fits them
+/// nevertheless, the exchange is not detected.
 ///
 /// @param means  means of m columns of one instrument at the rests, n x m.
 /// @param sheet  run sheet of n rows.

@@ -60,10 +60,10 @@ using ThresholdChoice =
 
 /// Finds the rests of a log, in constant memory, whatever its length.
 ///
-/// A rest ends at a time that decreases, at a gap, and at a missing number or a saturated sample of
-/// `columns`; warnings state how many of each there are. A gap is a step that exceeds both five
-/// times the mean step and a quarter of the window. A missing number in another column is replaced
-/// by the number before it.
+/// A rest ends if the time decreases, if there is a gap, or if a number in `columns` is missing or
+/// saturated. Warnings state how often each of these occurs. A gap is a time step that is longer
+/// than five times the mean step and longer than a quarter of the window. If a number in another
+/// column is missing, it is replaced by the number before it.
 ///
 /// @throws DataError     if a column is missing, the log has neither times nor a rate, or the times
 ///                       never increase, or for the reasons of settle_time_unit().

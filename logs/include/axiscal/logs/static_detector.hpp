@@ -27,7 +27,7 @@ struct StaticInterval {
   Eigen::VectorXd effective_samples;
   /// The change over the interval, from a straight line by least squares [unit of the column].
   Eigen::VectorXd drift;
-  double loudest = 1.0;  ///< largest joined variance (StaticDetector) divided by the mean one
+  double loudest = 1.0;  ///< (largest joined variance, see StaticDetector) / (mean joined variance)
   double motion = 0.0;   ///< mean joined variance [unit^2]
 
   [[nodiscard]] std::size_t samples() const { return end - first; }
@@ -82,20 +82,21 @@ class StaticDetector {
   std::unique_ptr<Stream> stream_;
 };
 
-/// Chooses a threshold by persistence. It looks for the lowest range of thresholds by a factor of 8
-/// in which the number of intervals stays the same within 5 %. If there is no such range, it takes
-/// the widest range. A low threshold splits rests because of their noise, and a high one joins them
-/// across motion; in between the number does not depend on the threshold.
+/// Chooses a threshold for which the number of intervals hardly depends on the threshold. A low
+/// threshold splits rests because of their noise, and a high threshold joins rests across motion.
+/// Between these, the number of intervals is constant over a range of thresholds. The function uses
+/// the lowest range in which the number is constant within 5 % and whose highest threshold is at
+/// least 8 times its lowest. If there is no such range, it uses the widest range.
 ///
-/// @return the position of a set in this range: three steps above its lower end, or the middle of a
-///         narrow range. Ranges with two or more intervals are preferred to ranges with one. If
-///         the joined variance stays within a factor of 16, the log contains no motion, and the
-///         last set is chosen.
+/// @return the position of the chosen set in `sets`: three steps above the lower end of the range,
+///         or in the middle of a narrow range. Ranges with two or more intervals are preferred to
+///         ranges with one. If the largest joined variance of the log is at most 16 times the
+///         smallest, the log contains no motion, and the last set is chosen.
 [[nodiscard]] std::size_t most_persistent(const std::vector<IntervalSet>& sets);
 
-/// Joins neighbouring rests in one attitude that a knock separates. The gap between them is at most
-/// `longest_gap_s`, and their means agree within five standard errors or `tolerance`. The longer
-/// rest is kept.
+/// Finds neighbouring rests that were one rest before a knock split it: the gap between them is at
+/// most `longest_gap_s`, and their means agree within five standard errors or `tolerance`. Keeps
+/// the longer one of two such rests.
 ///
 /// @param columns        columns whose means are compared.
 /// @param longest_gap_s  longest time from the end of one rest to the start of the next [s].

@@ -18,7 +18,8 @@ struct FaceAngle {
   double deviation_rad = 0.0;  ///< angle_rad minus pi/2 (neighbours) or minus pi (opposites)
 };
 
-/// The deviation of a cube from the nominal cube. The positioner's axes do not affect it.
+/// The deviation of a cube from the nominal cube. It does not depend on the choice of the
+/// positioner's axes.
 struct CubeGeometry {
   std::vector<FaceAngle> angles;  ///< one for each of the 15 pairs of faces
   /// Distance of each face's contact plane from the centre [m]; nullopt without feet.

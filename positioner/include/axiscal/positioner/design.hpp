@@ -21,10 +21,10 @@ struct DesignEntry {
 
 /// The standard designs.
 ///
-/// 12 points: each rest face of axis a with the two fence faces of the next axis in the cycle X, Y,
-/// Z, X; then [1, vec R_i] has orthogonal columns for every direction of the field. 24 points:
-/// every point. 6 points: each rest face with one fence face, which is enough only on a table that
-/// is known to be level.
+/// 24 points: every point. 12 points: each rest face with two fence faces, those of the next axis
+/// in the cycle X, Y, Z, X. With R_i the cube's rotation at point i, the columns of [1, vec R_i]
+/// are then orthogonal. This is independent of the field's direction. 6 points: each rest face with
+/// one fence face, which is enough only on a table that is known to be level.
 ///
 /// @param points  6, 12 or 24.
 /// @throws DomainError  if `points` is another number.

@@ -78,8 +78,8 @@ feet_from_points(const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size
 [[nodiscard]] AXISCAL_EXPORT Feet feet_rotated(const Feet& feet, const Eigen::Matrix3d& rotation);
 
 /// @param normal  outward unit normal, frame positioner.
-/// @return the feet, rotated together about the mean of their centres so that their plane has that
-///         normal.
+/// @return the feet, rotated together about the mean of their centres so that their plane has the
+///         given normal.
 /// @throws DomainError  if the feet have a defect_of_feet(), or the normal is opposite to that of
 ///                      their plane.
 [[nodiscard]] AXISCAL_EXPORT Feet feet_turned_to(Face face,

@@ -113,10 +113,11 @@ class AXISCAL_EXPORT Positioner {
 
   /// The orientation of the cube at a design point.
   ///
-  /// With n_r and n_f the normals of rest and fence face: z = -n_r, y = n_f - (n_f . z) z
-  /// normalised, x = y cross z. This is exact for the rest face. If the feet of the fence face are
-  /// known, seat_at_fence() makes the turn about z exact too. Otherwise the heading has an error of
-  /// about the deviation of the angle between n_f and n_r from 90 degrees. For the nominal cube the
+  /// The rows of the rotation are the table's axes x, y and z in the positioner's frame. With n_r
+  /// and n_f the normals of rest and fence face: z = -n_r, y = n_f - (n_f . z) z normalised,
+  /// x = y cross z. This is exact for the rest face. If the feet of the fence face are known,
+  /// seat_at_fence() makes the turn about z exact too. Otherwise the heading has an error of about
+  /// the deviation of the angle between n_f and n_r from 90 degrees. For the nominal cube the
   /// entries are exactly 0, 1 and -1.
   /// @par Source
   /// method.md, sections 2 and 9.

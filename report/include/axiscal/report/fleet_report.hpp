@@ -13,12 +13,12 @@ struct FleetTest {
   std::string station, operated_by, batch;  ///< empty if unknown
   std::string reason;                       ///< why the unit did not pass
   bool passed = true;
-  /// The parameters of the fleet, their standard uncertainties, and the part of these that comes
-  /// from reading noise. NaN if unknown; empty if the test gave no record.
+  /// For each parameter of the fleet: the value, its standard uncertainty u, and the part of u that
+  /// comes from reading noise. NaN if unknown; empty if the test gave no record.
   std::vector<double> values, u, u_noise;
 };
 
-/// A coefficient of all units, and its limits.
+/// A coefficient that is compared between the units, and its limits.
 struct FleetParameter {
   std::string name;                 ///< "x.bias"
   std::optional<double> low, high;  ///< in the unit of the values
@@ -32,13 +32,14 @@ struct Fleet {
   std::vector<FleetTest> tests;
 };
 
-/// A page for a line manager: yield, reasons of failures, capability of each coefficient, control
-/// charts by time, station, operator and batch, retests, and units outside the distribution of
-/// their batch. The page needs no other file. Its size hardly depends on the number of units.
+/// Writes a page for the manager of a production line. It shows the yield, the reasons of failures,
+/// the capability of each coefficient, control charts by time, station, operator and batch, the
+/// retests, and the units outside the distribution of their batch. The page does not load other
+/// files. Its size hardly depends on the number of units.
 ///
 /// @return an HTML page, UTF-8.
-/// @throws DomainError  if `tests` is empty, or a test has another number of values than there are
-///                      parameters.
+/// @throws DomainError  if `tests` is empty, or if the number of values of a test differs from the
+///                      number of parameters.
 [[nodiscard]] std::string fleet_report(const Fleet& fleet);
 
 }  // namespace axiscal

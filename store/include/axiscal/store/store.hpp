@@ -20,35 +20,35 @@ struct StoredCoefficient {
   double expanded = 0.0;  ///< half the width of the 95 % interval; NaN if it is not known
 };
 
-/// A calibration as a store keeps it: the record, and the members of it that are searched for.
+/// A calibration in a store: the JSON record, and the values by which a store is searched.
 struct StoredCalibration {
   std::string serial, slot, model, kind, unit;
-  std::string measured;  ///< when the last reading was taken; ISO 8601, UTC; empty if not stated
-  std::string computed;  ///< when the record was made; ISO 8601, UTC
+  std::string measured;  ///< time of the last reading; ISO 8601, UTC; empty if not stated
+  std::string computed;  ///< time at which the record was made; ISO 8601, UTC
   std::string status;    ///< "ok", "warning", "refused", or "error" if there is no record
-  std::optional<bool> passed;  ///< the verdict by limits; nullopt without limits
-  std::string reason;          ///< why it failed, was refused or warns
-  std::string limits;          ///< SHA-256 of the verdict's limits; empty without limits
+  std::optional<bool> passed;  ///< true if all limits are met; nullopt without limits
+  std::string reason;          ///< reason of the failure, the refusal or the warning
+  std::string limits;          ///< SHA-256 of the limits; empty without limits
   std::string station, operated_by, batch;  ///< empty if not stated
   std::string inputs;  ///< SHA-256 of the files of readings, separated by blanks
   std::string digest;  ///< SHA-256 of the record without the time at which it was computed
   std::vector<StoredCoefficient> coefficients;
   std::string record;  ///< JSON in one line
 
-  /// @return the time from which the calibration holds: measured, else computed.
+  /// @return the time from which the calibration is valid: `measured` if stated, else `computed`.
   [[nodiscard]] const std::string& date() const { return measured.empty() ? computed : measured; }
 };
 
-/// Which calibrations are wanted; members that are not set do not restrict.
+/// Selects calibrations. A calibration must match every member that is set.
 struct StoreFilter {
   std::optional<std::string> serial, slot, model, kind, status, station, batch, operated_by;
-  std::optional<std::string> since, until;  ///< of StoredCalibration::date(); both included
+  std::optional<std::string> since, until;  ///< first and last permitted StoredCalibration::date()
 };
 
-/// The part of a calibration that is read besides its columns.
+/// The part of a calibration that is read in addition to the members that are table columns.
 enum class StoredPart { none, coefficients, record };
 
-/// The number of calibrations with equal results, for a yield.
+/// The number of calibrations with the same kind, model, status, verdict and reason.
 struct StoreCount {
   std::string kind, model, status;
   std::optional<bool> passed;
@@ -63,8 +63,8 @@ struct StoreDefect {
 
 /// A database of calibrations: a file of SQLite, or PostgreSQL.
 ///
-/// Several processes may write at the same time. A calibration that is stored already is not
-/// stored again. Each record can be read by its JSON alone.
+/// Several processes may write at the same time. A calibration that is already in the store is not
+/// added again. A record's JSON is complete: reading the record does not need the other columns.
 ///
 /// @code
 /// axiscal::Store store("lab.db", axiscal::Store::Access::write);
@@ -74,9 +74,9 @@ struct StoreDefect {
 class Store {
  public:
   enum class Access : std::uint8_t {
-    read,    ///< an existing store; a database without tables becomes an empty one
-    write,   ///< makes the store if it does not exist
-    migrate  ///< as write; a store of an older schema is opened too
+    read,    ///< opens an existing store; a database without tables becomes an empty store
+    write,   ///< opens a store, and makes it if it does not exist
+    migrate  ///< like `write`, but also opens a store with an older schema
   };
 
   /// @param address  the path of a file of SQLite, or postgresql://USER@HOST/DATABASE.
@@ -93,41 +93,45 @@ class Store {
   ///         in .db.
   [[nodiscard]] static bool is_address(const std::string& text);
 
-  /// The version of the schema that this program writes.
+  /// @return the version of the schema that this program writes.
   [[nodiscard]] static int schema_version();
 
   /// @return the version of the store's schema.
   [[nodiscard]] int version() const { return version_; }
 
-  /// Brings the schema to schema_version(). No calibration changes.
+  /// Updates the schema to schema_version(). The calibrations stay unchanged.
   void migrate();
 
-  /// Stores a calibration within the present transaction.
+  /// Stores a calibration in the current transaction; begins a transaction if there is none.
   /// @return false if the same record of this unit is stored already.
   /// @throws OutputError  if it cannot be written, for example because the disk is full.
   bool add(const StoredCalibration& calibration);
 
-  /// Ends the transaction: the calibrations so far are in the database.
-  /// @throws OutputError  as add().
+  /// Ends the transaction, so that all added calibrations are in the database.
+  /// @throws OutputError  for the reasons of add().
   void commit();
 
-  /// Gives the wanted calibrations in the order of their serial numbers and dates.
+  /// Calls `take` for each calibration that matches the filter, sorted by serial number and date.
   void for_each(const StoreFilter& filter,
                 StoredPart part,
                 const std::function<void(const StoredCalibration&)>& take) const;
 
-  /// @return the calibration that held for a unit at a time: the last one that was not refused.
-  /// @param at  ISO 8601, UTC; a day stands for its end. nullopt: the newest.
-  /// @throws DataError  if there is none, or units of several kinds have this serial number; the
-  ///                    message says which there are.
+  /// @return the calibration that was valid for a unit at the time `at`: the last one up to then
+  ///         with the status "ok" or "warning".
+  /// @param at  time in ISO 8601, UTC; a date without a time means the end of that day. nullopt:
+  ///            the newest calibration is returned.
+  /// @throws DataError  if there is no such calibration, or if calibrations of several kinds or
+  ///                    slots match `unit`; the message names two of them.
   [[nodiscard]] StoredCalibration held(const StoreFilter& unit,
                                        const std::optional<std::string>& at) const;
 
-  /// @return how many calibrations have the same kind, model, status, verdict and reason.
+  /// @return the numbers of calibrations with the same kind, model, status, verdict and reason.
   [[nodiscard]] std::vector<StoreCount> counts(const StoreFilter& filter) const;
 
-  /// Checks each record against its digest and its columns.
-  /// @param defect_of  says how a record differs from the columns; empty if it does not.
+  /// Checks each calibration: its record must exist, and `defect_of` must find no defect.
+  /// @param defect_of  returns a text about the difference between record and columns; empty if
+  ///                   there is no difference.
+  /// @return the damaged calibrations.
   [[nodiscard]] std::vector<StoreDefect> verify(
       const std::function<std::string(const StoredCalibration&)>& defect_of) const;
 

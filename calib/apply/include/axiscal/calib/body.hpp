@@ -20,8 +20,8 @@ namespace axiscal {
 /// uncertainty.
 ///
 /// An error dtheta of the calibration's parameters changes the fields of the reference readings and
-/// of later readings in similar ways, so it partly cancels. Therefore K is stored: the error dtheta
-/// turns the rotation by -K dtheta.
+/// of later readings in similar ways, so its effect on the angles partly cancels. To compute this,
+/// the rotation stores K: the error dtheta turns the rotation by -K dtheta.
 ///
 /// @par Source
 /// method.md, section 11.
@@ -39,12 +39,14 @@ struct AXISCAL_EXPORT BodyRotation {
   Eigen::MatrixXd by_parameters;
   std::vector<std::string> parameter_names;  ///< p
   int readings = 0;                          ///< number of readings at references
-  /// Standard deviation of a direction about its reference.
+  /// Standard deviation of a measured direction about the stated one, along one axis perpendicular
+  /// to it.
   double residual_sd_rad = 0.0;
   std::string created;        ///< ISO 8601, UTC
   std::string record;         ///< file of the calibration that it was made with; may be empty
   std::string record_sha256;  ///< SHA-256 digest of that file; empty if it is unknown
-  double tare_rad = 0.0;      ///< angle by which the last tare turned it; 0 without a tare
+  /// Angle by which the last tare turned the rotation; 0 without a tare.
+  double tare_rad = 0.0;
 };
 
 /// One reading at a reference: an attitude of the model, or one of its faces on a table.
@@ -60,8 +62,8 @@ struct BodyOptions {
   /// Standard uncertainty of the references' directions [rad]; nullopt: it is estimated from their
   /// scatter.
   std::optional<double> reference_u_rad;
-  /// For corrected_by_tare(): true if the rotation was found with the same record; otherwise their
-  /// errors are taken as independent.
+  /// For corrected_by_tare(): true if the rotation was found with the same calibration record. If
+  /// false, the errors of the rotation and of the record are taken as independent.
   bool same_record = true;
 };
 
@@ -80,7 +82,7 @@ struct BodyOptions {
 /// measured direction in the sensor (unit vectors).
 ///
 /// The mean of readings with one face on a table in two or more evenly spaced headings gives the
-/// direction of the face's normal, whatever the table's slope.
+/// direction of the face's normal, for any slope of the table.
 ///
 /// @param calibration  a calibration of three axes or more whose field is gravity.
 /// @throws RefusedError  if the references do not determine a turn (the message names it), if they
@@ -97,14 +99,15 @@ find_body_rotation(const Calibration& calibration,
 /// Turns the rotation by the smallest angle that makes it agree with readings in one attitude of
 /// the model.
 ///
-/// The turn about the vertical does not change. Without references, this turn has a standard
-/// uncertainty of 1 degree, as after a mounting by eye. A shift of a bias has the same effect in
-/// this attitude, and the tare is then wrong in other attitudes. Readings in two attitudes half a
-/// turn of roll apart distinguish the two causes.
+/// The turn about the vertical does not change. If the rotation was not found from references, this
+/// turn has a standard uncertainty of 1 degree, as after a mounting by eye. A shift of a bias has
+/// the same effect in this attitude, and the tare is then wrong in other attitudes. Readings in two
+/// attitudes half a turn of roll apart distinguish the two causes.
 ///
 /// @param tare  one reading or more in one attitude; if the attitude is not stated, pitch and roll
 ///              are 0.
-/// @throws RefusedError  if the angle is above 0.2 rad, because the model was not in that attitude.
+/// @throws RefusedError  if the angle is above 0.2 rad, because the stated attitude is then
+///                       probably wrong.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation
 corrected_by_tare(const Calibration& calibration,
                   BodyRotation body,
@@ -112,10 +115,11 @@ corrected_by_tare(const Calibration& calibration,
                   const BodyOptions& options = {});
 
 /// The calibration in the model's axes. Fields and angles that it gives are those of the model. Its
-/// uncertainty includes the uncertainty of the rotation and the correlation of both.
+/// uncertainty includes the uncertainty of the rotation, and the correlation between the errors of
+/// the calibration and of the rotation.
 ///
-/// @param same_record  true if the rotation was found with this record; otherwise their errors are
-///                     taken as independent.
+/// @param same_record  true if the rotation was found with this record. If false, the errors of the
+///                     rotation and of the record are taken as independent.
 /// @throws DomainError  for fewer than three axes.
 [[nodiscard]] AXISCAL_EXPORT Calibration in_model_frame(Calibration calibration,
                                                         const BodyRotation& body,
@@ -133,8 +137,10 @@ corrected_by_tare(const Calibration& calibration,
 /// reading of each instrument.
 struct JointMovement {
   double angle_rad = 0.0;  ///< angle between the verticals that the two instruments measure
-  double u_rad = 0.0;      ///< its standard uncertainty; NaN if a record states no covariance
-  double p_value = 1.0;    ///< probability of such an angle by chance; NaN if not tested
+  /// Standard uncertainty of angle_rad; NaN if a record states no covariance.
+  double u_rad = 0.0;
+  /// Probability of such a large angle without a movement; NaN if not tested.
+  double p_value = 1.0;
 };
 
 /// @param first, second        the fields of both instruments, in the model's axes.

@@ -41,7 +41,8 @@ struct AXISCAL_EXPORT UncertaintyOfResults {
 
 /// Standard and expanded uncertainties of a reading's results.
 struct ReducedUncertainty : UncertaintyOfResults {
-  UncertaintyOfResults expanded;  ///< half widths of intervals of the stated probability
+  /// Half widths of the intervals with the constructor's probability.
+  UncertaintyOfResults expanded;
 };
 
 /// @param field  the field at the reading, frame sensor [field unit of the record].
@@ -65,10 +66,12 @@ class ReadingPropagation;
 /// Propagates the uncertainties of a calibration and of a reading to field components and to
 /// derived quantities, in any attitude (method.md, section 8).
 ///
-/// An error of the parameters acts like an error of the readings with covariance B C B^T, where
-/// B = dv / d(parameters) at the measured field. The derivative of the results with respect to the
-/// readings is a difference over a step as large as the readings' uncertainty, so that it is valid
-/// for angles that are not linear in the readings. The field's magnitude cancels in angles.
+/// An error of the parameters acts like an error of the readings. If C is the covariance of the
+/// parameters and B = dv / d(parameters) at the measured field, this error has the covariance
+/// B C B^T. The derivative of the results with respect to the readings is a difference over a step
+/// as large as the readings' uncertainty, so that it is valid for angles that are not linear in the
+/// readings. An error of the field's magnitude cancels in angles if the readings are taken in the
+/// field of the calibration.
 ///
 /// @code
 /// const axiscal::ReadingPropagation propagation(calibration, reducer);
@@ -128,7 +131,7 @@ class AXISCAL_EXPORT ReadingPropagation {
   struct Axis {
     double component = 0.0;  ///< [field unit]
     double angle_rad = 0.0;
-    double coverage_factor = 0.0;  ///< coverage factor of both; probability: see the constructor
+    double coverage_factor = 0.0;  ///< coverage factor of both, for the constructor's probability
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
@@ -233,7 +236,7 @@ struct MonteCarloCheck {
   std::string name;
   double linear_u = 0.0;
   double linear_expanded = 0.0;
-  double mean_error = 0.0;  ///< mean of the simulated results minus the value
+  double mean_error = 0.0;  ///< mean of the simulated results minus the true value
   double sd = 0.0;
   /// low_95 .. high_95: 95 % interval of the errors, symmetric in probability.
   double low_95 = 0.0;

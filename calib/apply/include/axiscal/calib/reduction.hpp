@@ -19,7 +19,7 @@ namespace axiscal {
 struct ReductionOptions {
   /// F at the place of the readings [unit of the results]; nullopt: the record's F.
   std::optional<double> magnitude;
-  double factor = 1.0;  ///< unit of the results per unit of the record's field, see FieldConversion
+  double factor = 1.0;  ///< FieldConversion::factor: results = factor * field in the record's unit
   InclinationOptions inclination;  ///< its convention is replaced by that of the record
   double declination_rad = 0.0;    ///< added to magnetic headings
 };
@@ -66,9 +66,9 @@ struct FieldConversion {
 [[nodiscard]] AXISCAL_EXPORT Calibration converted(Calibration calibration,
                                                    const FieldConversion& conversion);
 
-/// The same calibration in the frame of its assembly, so that all instruments of the assembly
-/// (mirrored ones of an H frame too) give the field in one frame. A record without an assembly is
-/// returned unchanged.
+/// The calibration in the frame of its assembly. All instruments of the assembly then give the
+/// field in the same frame, also if one of them is turned in an H-shaped frame. A record without an
+/// assembly is returned unchanged.
 [[nodiscard]] AXISCAL_EXPORT Calibration in_assembly_frame(Calibration calibration);
 
 /// Additional inputs besides the readings of an instrument.
@@ -113,9 +113,9 @@ struct ReducedAxis {
 /// that the kind of instrument derives: pitch and roll of an accelerometer, heading of a
 /// magnetometer.
 ///
-///     f_hat = S^-1 T_s (v - b(t)),   T_s = diag(1 / scale_k(t)), without temperature terms 1
+///     f_hat = S^-1 T_s (v - b(t)),   T_s = diag(1 / scale_k(t))
 ///
-/// The result depends on the number m of axes:
+/// Without temperature terms, T_s is the identity. The result depends on the number m of axes:
 ///
 /// - m >= 3: reduce() for one reading, reduce_rows() for a matrix of readings. If m > 3, the
 ///   field is a least-squares solution with the weights scale_k^2 / s_k^2, where s_k is the
@@ -182,8 +182,8 @@ class AXISCAL_EXPORT Reducer {
   ///
   /// @param readings      n x m, a row for each reading [unit].
   /// @param temperatures  n x 1, or n x m if each axis has a sensor; empty: the reference.
-  /// @return n x 3, the field in the sensor's frame for each row [field unit], as by reduce(), up
-  ///         to rounding; NaN if the row does not determine it.
+  /// @return n x 3, the field in the sensor's frame for each row [field unit]; NaN if the row does
+  ///         not determine it. Apart from rounding, the result is that of reduce().
   /// @throws DomainError  if the sizes disagree, or if m is below three.
   [[nodiscard]] Eigen::MatrixX3d reduce_rows(
       const Eigen::Ref<const Eigen::MatrixXd>& readings,

@@ -111,8 +111,9 @@ struct ReductionCsvSummary {
 /// Reduces a table row by row (formats.md, Reduced readings), in constant memory, on all cores of
 /// the machine. The output does not depend on the number of cores.
 ///
-/// Each row's cells are copied unchanged, and the results are appended: `field_x,field_y,field_z,
-/// residual`, the derived values of the kind of instrument, and `flag`. With fewer than three axes
+/// Each row's cells are copied, and the results are appended. A cell that a spreadsheet would read
+/// as a formula gets an apostrophe in front. The results are `field_x`, `field_y`, `field_z`,
+/// `residual`, the derived values of the kind of instrument, and `flag`. With fewer than three axes
 /// these are `component_AXIS` for each axis, and `angle_AXIS_deg` if the kind has angles. A row
 /// that cannot be reduced is also written, with empty results and the flag `unreadable` or
 /// `saturated`. With `uncertainty`, the standard uncertainties follow with the prefix u_. With

@@ -58,13 +58,14 @@ struct SlotLevelness {
 
 /// Combines the levelness of several instruments on one table, and tests whether they agree.
 ///
-/// The slots' mounts do not affect the test: a slope follows from differences of readings, divided
-/// by the sensitivity from the same readings. The test finds a loose instrument, a table that gives
-/// way under an instrument, or wrong design points. The slopes (those of the last block, if each
-/// block has its own levelness) are weighted by 1 / variance. Each slot is compared with the mean
-/// of the other slots, by F(2, nu) with both variances and their degrees of freedom, with
-/// Bonferroni's correction over the slots. If the p-value is below 0.001, the slot with the least
-/// p-value is the suspect. For two slots the suspect is empty.
+/// The test finds a loose instrument, a table that bends under an instrument, or wrong design
+/// points. The mounts do not affect it, because a slope follows from differences of readings,
+/// divided by the sensitivity from the same readings. If each block has its own levelness, the
+/// slope of the last block is used. The mean of the slopes is weighted by 1 / variance. Each slot's
+/// slope is compared with the mean of the other slots by an F(2, nu) test. The variance of the
+/// difference is the sum of both variances, and nu follows from their degrees of freedom. The
+/// smallest p-value gets Bonferroni's correction for the number of slots. If the result is below
+/// 0.001, the slot with the smallest p-value is the suspect. For two slots the suspect is empty.
 ///
 /// @param slots  two or more.
 /// @throws DomainError  if there are fewer than two slots.
@@ -73,9 +74,9 @@ struct SlotLevelness {
 [[nodiscard]] AXISCAL_EXPORT CombinedLevelness
 combine_levelness(const std::vector<SlotLevelness>& slots);
 
-/// The rotation between the frames of two instruments. An instrument's frame is the rotation
-/// closest to its axes' directions, so non-orthogonality turns the frame as little as possible. An
-/// error of the cube turns both frames by the same angle, so the uncertainty does not include it.
+/// Computes the rotation between the frames of two instruments. The frame of an instrument is the
+/// orthogonal frame that is closest to the directions of its axes. An error of the cube rotates
+/// both frames by the same angle, so the uncertainty does not include it.
 ///
 /// @param from, to  records of instruments with three axes that were calibrated in one cube.
 /// @return the orientation of the frame of `to` relative to the frame of `from`, with its
@@ -86,8 +87,9 @@ combine_levelness(const std::vector<SlotLevelness>& slots);
 [[nodiscard]] AXISCAL_EXPORT SlotAlignment alignment_of(const Calibration& from,
                                                         const Calibration& to);
 
-/// @return the rotation between the two frames, after its quarter turns and mirroring (the matrix
-///         rounded to whole numbers) are removed, as a rotation vector [rad].
+/// @return the small rotation between the two frames, as a rotation vector [rad]. The rotation
+///         matrix, rounded to whole numbers, describes quarter turns and mirroring; these are
+///         removed first.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d rotation_without_quarter_turns(
     const SlotAlignment& alignment);
 

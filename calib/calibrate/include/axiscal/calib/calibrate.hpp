@@ -14,22 +14,25 @@
 
 namespace axiscal {
 
-/// The stated method; if no method is stated, the method that suits the readings (formats.md,
-/// Experiment).
+/// Returns the stated method or, if no method is stated, the method that suits the readings
+/// (formats.md, Experiment).
 ///
-/// It is `faces` for all six faces without fence faces, `known` for other readings that state their
-/// field or lack fence faces, `magnitude` for readings without labels, else `joint`. `paired`, the
-/// method of the patent, must be stated. For 12 readings, `paired` leaves 2 degrees of freedom for
-/// each axis, and `joint` leaves 7.3 with the same estimates.
+/// The first suitable method of this list is chosen: `faces` if all six faces are present and fence
+/// faces are missing; `known` if the readings state their field; `magnitude` if they lack labels;
+/// `known` if fence faces are missing; otherwise `joint`. `paired`, the method of the patent, is
+/// used only if it is stated. For 12 readings, `paired` leaves 2 degrees of freedom for each axis,
+/// and `joint` leaves 7.3 with the same estimates.
 [[nodiscard]] AXISCAL_EXPORT Method choose_method(const Experiment& experiment,
                                                   const Observations& observations);
 
 /// Estimates bias and sensitivity of an instrument, with their uncertainty, from readings.
 ///
-/// The response is v = b + S f + e, f_i = R_sp R_i f_table(i). `paired` regresses the averages of
-/// opposite positions and then corrects for the measured tilt. `joint` fits all readings with the
-/// direction of the field in the table as two more unknowns. `known` takes the field as given. All
-/// methods use one linear regression core (LeastSquaresDesign).
+/// The response is v = b + S f + e with f_i = R_sp R_i f_table(i), where R_i rotates the table's
+/// frame to the positioner's and R_sp rotates the positioner's frame to the sensor's. `paired` fits
+/// the averages of opposite readings (same rest face, opposite fence faces) and then corrects for
+/// the measured tilt. `joint` fits all readings with the direction of the field in the table as two
+/// more unknowns. `known` takes the field as given. All methods use one linear regression core
+/// (LeastSquaresDesign).
 ///
 /// @code
 /// axiscal::Experiment experiment;
@@ -72,9 +75,9 @@ calibrate(const Experiment& experiment,
           const Eigen::Ref<const Eigen::MatrixXd>& response);
 
 /// Calibrates like calibrate() for Observations, and applies suggested corrections. If readings
-/// contradict each other, it applies the likeliest explanation and calibrates again, up to three
-/// times: it corrects a label, a value or a level, or leaves the reading out. Findings::corrections
-/// and notes describe the changes.
+/// contradict each other, it corrects the likeliest mistake and calibrates again, up to three
+/// times. A correction changes a label, a value or a level, or leaves a reading out.
+/// Findings::corrections and notes describe the changes.
 [[nodiscard]] AXISCAL_EXPORT Calibration calibrate_with_suggestions(Experiment experiment,
                                                                     Observations observations);
 

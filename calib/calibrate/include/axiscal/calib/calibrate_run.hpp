@@ -21,11 +21,11 @@ enum class Suggestions {
 ///         mount, unless it belongs to a reference instrument; else empty.
 [[nodiscard]] AXISCAL_EXPORT std::string slot_of(const Experiment& experiment, const Run& run);
 
-/// Calibrates each file of a run separately and compares the results. Blocks of one instrument
-/// agree in the sizes of the axes' sensitivities (0.2 %), the angles between the axes (5 mrad) and
-/// the biases (5 % of the full response), or differ by at most six standard errors. The mount and
-/// the table's slope may change from file to file. A file is skipped if it does not determine a
-/// calibration.
+/// Calibrates each file of a run separately and compares the results. Two files agree if the sizes
+/// of the axes' sensitivities differ by at most 0.2 %, the angles between the axes by at most
+/// 5 mrad, and the biases by at most 5 % of the full response. A larger difference is accepted if
+/// it is at most six standard errors. The mount and the table's slope may change from file to file.
+/// A file is skipped if it does not determine a calibration.
 /// @throws RefusedError  if two files do not agree; the message names them and the difference.
 AXISCAL_EXPORT void require_one_instrument(const Experiment& experiment, const Run& run);
 

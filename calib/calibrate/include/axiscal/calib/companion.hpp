@@ -12,10 +12,10 @@ namespace axiscal {
 /// Rotates the frame of an instrument to the frame of a companion in the same recording, for
 /// example the frame of a magnetometer to that of an accelerometer for tilt-compensated headings.
 ///
-/// Method `magnitude` does not determine the frame. The rotation between the instruments follows
-/// from the angle between their two fields, which is constant. Row i of both tables must be of the
-/// same time. Warnings are added if the rotation is uncertain, or if the angle differs from the
-/// angle at the site.
+/// Method `magnitude` does not determine the rotation of the frame. The angle between the fields of
+/// the two instruments is constant, and this determines the rotation between the instruments. Row i
+/// of both tables must be of the same time. Warnings are added if the rotation is uncertain, or if
+/// the angle differs from the angle at the site.
 ///
 /// @param calibration   record of the instrument, three axes. Its sensitivity, covariance and
 ///                      quantities are rotated to the companion's frame, and `alignment` is set.

@@ -14,13 +14,14 @@ namespace axiscal {
 struct MagnitudeFit {
   LinearResponse response;          ///< bias [unit], sensitivity [unit per field unit]
   double degrees_of_freedom = 0.0;  ///< number of readings minus nine
-  double residual_sd = 0.0;         ///< scatter of |f|, for a reading of weight 1 [field unit]
+  double residual_sd = 0.0;         ///< sd of |f| for a reading of weight 1 [field unit]
 };
 
-/// Fits readings to a field of constant magnitude: minimises sum w_i (|f_i| - F)^2 / var(|f_i|),
-/// for equal noise of the axes. It does not compute a covariance, correct the bias of the estimate,
-/// or check the orientations. Use it to choose among many fits. For a calibration use calibrate()
-/// with method `magnitude`, which also does these three steps.
+/// Fits bias and sensitivity to readings in a field of constant magnitude F. The fit minimises
+/// sum w_i (|f_i| - F)^2 / var(|f_i|), where f_i is the calibrated reading. It assumes that all
+/// axes have equal noise. It does not compute a covariance, correct the bias of the estimate, or
+/// check the orientations. Use it to choose among many fits. For a calibration use calibrate() with
+/// method `magnitude`, which also does these three steps.
 ///
 /// @param readings  the readings of three axes, n x 3, n >= 10 [unit].
 /// @param F         magnitude of the field [field unit].

@@ -12,8 +12,8 @@
 
 namespace axiscal {
 
-/// If OrientationQuality::largest_gap_rad is larger than this, calibrate() adds a warning, because
-/// the fit extrapolates in the gap.
+/// calibrate() adds a warning if OrientationQuality::largest_gap_rad is larger than this limit,
+/// because the fit extrapolates in the gap.
 inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 
 /// Computes how well the orientations of calibrated readings cover the sphere, and how far the
@@ -31,11 +31,11 @@ inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 
 /// Aligns two three-axis instruments by the constancy of the angle between their fields.
 ///
-/// For an accelerometer and a magnetometer, for example, the angle is the same in every
-/// orientation, because it depends only on the dip of the geomagnetic field. This determines the
-/// rotation between the two instruments, but not their rotation in the vehicle. The dip does not
-/// affect the accuracy of this rotation, but the resulting heading error is proportional to 1 /
-/// cos(dip).
+/// For an accelerometer and a magnetometer, for example, this angle is the same in every
+/// orientation, because it depends only on the dip of the geomagnetic field. The constant angle
+/// determines the rotation between the two instruments, but not their rotation in the vehicle. The
+/// accuracy of the rotation does not depend on the dip, but the error of a heading computed with it
+/// is proportional to 1 / cos(dip).
 ///
 /// @param fields     calibrated readings of the first instrument, n x 3, n at least 5.
 /// @param companion  calibrated readings of the second instrument at the same times, n x 3.

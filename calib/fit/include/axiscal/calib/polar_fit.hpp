@@ -12,8 +12,8 @@
 namespace axiscal {
 
 /// Fits the polar form to the readings of one axis by damped Gauss-Newton, for comparison with the
-/// method of Tripp and Tcheng. Linear regression gives the same fit in one step. Unlike this fit,
-/// it is not singular at a coning angle of 0.
+/// method of Tripp and Tcheng. Linear regression gives the same result in one step, and it is not
+/// singular at a coning angle of 0.
 ///
 /// @param field_in_sensor  n x 3, the field at each reading [field unit]; n >= 4.
 /// @param response         n readings of the axis [unit].

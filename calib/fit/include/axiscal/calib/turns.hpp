@@ -32,13 +32,13 @@ struct AXISCAL_EXPORT GyroscopeTurn {
   /// The known part of the Earth's rotation, in the sensor's frame at the rest before the turn
   /// [rad/s].
   Eigen::Vector3d earth_rate_in_sensor = Eigen::Vector3d::Zero();
-  /// Effects of q errors of variance 1, which all turns share, at the rests before and after the
-  /// turn; 3 x q each. They are errors of the direction up or, if the seats are known, of the
-  /// attitude as a rotation vector [rad], in the sensor's frame at the respective rest. All turns
-  /// have the same q.
+  /// The effects of q independent errors that all turns share; each error has variance 1. Column j
+  /// of each 3 x q matrix is the effect of error j at the rest before, or after, the turn, in the
+  /// sensor's frame at that rest. The effect is a change of the direction up or, if the seats are
+  /// known, of the attitude, as a rotation vector [rad]. All turns have the same q.
   Eigen::Matrix3Xd errors_before, errors_after;
-  /// True if the turn begins at the rest at which the previous turn ended; the two turns then share
-  /// the error of this rest.
+  /// True if the turn begins at the rest at which the previous turn ended; the error of this rest
+  /// then affects both turns.
   bool follows = true;
 };
 
@@ -72,27 +72,27 @@ struct AXISCAL_EXPORT RestFit {
   double degrees_of_freedom =
       std::numeric_limits<double>::infinity();   ///< degrees of freedom of bias_covariance
   Eigen::Vector3d sd = Eigen::Vector3d::Zero();  ///< standard deviation of a rest's mean
-  /// Standard deviation of the bias from rest to rest, without the noise of the means as far as
-  /// this noise is known; 0: not known, or not significant.
+  /// Standard deviation of the bias from rest to rest. The noise of the rests' means is subtracted
+  /// if it is known. 0: unknown or not significant.
   Eigen::Vector3d between_rests = Eigen::Vector3d::Zero();
   Eigen::Vector3d between_degrees_of_freedom = Eigen::Vector3d::Ones();
   /// Change of the bias with the direction up, a row for each axis [unit per unit of the
   /// directions]
   std::optional<Eigen::Matrix3d> g_sensitivity;
   std::optional<Eigen::Matrix3d> g_sensitivity_se;
-  /// probability by chance of such a g-sensitivity, for each axis
+  /// p-value of the test that the axis has no g-sensitivity, for each axis
   Eigen::Vector3d p_value = Eigen::Vector3d::Ones();
   std::string remark;  ///< text if the rests drift or are correlated; else empty
 };
 
-/// The mean of the biases at the rests, and the change of the bias with gravity. If the biases
-/// drift, or if those of consecutive rests are correlated, the covariance of the mean includes
-/// this.
+/// Computes the mean of the biases at the rests, and the change of the bias with gravity. If the
+/// biases drift, or if the biases of consecutive rests are correlated, the covariance of the mean
+/// includes this effect.
 ///
 /// @param means   mean readings of the gyroscope at the rests, in time order, n x 3.
 /// @param ups     the directions up at the rests, n x 3.
 /// @param mean_u  standard uncertainties of the means from the noise within each rest, n x 3;
-///                empty: unknown, and the bias is assumed equal at all rests.
+///                empty: the noise is unknown, and the bias is assumed to be equal at all rests.
 [[nodiscard]] AXISCAL_EXPORT RestFit fit_rests(const Eigen::MatrixX3d& means,
                                                const Eigen::MatrixX3d& ups,
                                                const Eigen::MatrixX3d& mean_u = {});
@@ -105,19 +105,18 @@ struct AXISCAL_EXPORT TurnFitOptions {
   /// True: the bias is fitted to the turns. False: the bias of the rests is used. Set it for logs
   /// with a wandering bias or with short rests.
   bool fit_bias = false;
-  /// Relative change of B at which the search ends. 1e-4 is enough to compare fits: the sum of
-  /// squares is then exact to 1e-8.
+  /// The search ends if the relative change of B is below this number. 1e-4 is enough to compare
+  /// fits, because the sum of squares is then exact to 1e-8.
   double tolerance = 1e-10;
   /// Standard uncertainties of GyroscopeTurn::earth_rate_in_sensor [rad/s]: along up, and along
   /// each of two horizontal directions.
   double earth_up_u = 0.0;
   double earth_across_u = 0.0;
-  /// True if the uncertainty includes all its sources: errors of the rests, sampling, the Earth,
-  /// the directions. A comparison of fits does not need them.
+  /// True: the uncertainty includes all sources (errors of the rests, sampling, the Earth's
+  /// rotation, the directions). False is sufficient for a comparison of fits.
   bool whole_budget = true;
-  /// True if only approximate rotations are needed (integrated_rotations()). The turns may then
-  /// leave unknowns undetermined; in this case all axes get one scale. The uncertainty is not
-  /// computed.
+  /// True: only approximate rotations are needed (integrated_rotations()), and the uncertainty is
+  /// not computed. If the turns leave unknowns undetermined, all axes get one scale.
   bool rotations_only = false;
 };
 
@@ -126,8 +125,9 @@ struct AXISCAL_EXPORT TurnFit {
   LinearResponse response;  ///< [unit, unit per rad/s]
   Eigen::Matrix3d inverse =
       Eigen::Matrix3d::Identity();  ///< B = S^-1: w = B (v - b) [rad/s per unit]
-  /// For the parameters x.bias, x.sensitivity.x, ..., from all scatter: the 12 x 12 covariance, the
-  /// half widths of the 95 % intervals, and their degrees of freedom.
+  /// The covariance (12 x 12), the half widths of the 95 % intervals, and the degrees of freedom of
+  /// these intervals. The order of the parameters is x.bias, x.sensitivity.x, ... All three include
+  /// all scatter.
   Eigen::MatrixXd covariance;
   Eigen::VectorXd interval_95;
   Eigen::VectorXd interval_dof;
@@ -154,16 +154,17 @@ struct AXISCAL_EXPORT TurnFit {
 ///     dR/dt = R [w cross],   w = B (v - b)
 ///     residual = log(R_known R(T)^T), or up_before - R(T) up_after
 ///
-/// The first residual is used if the seats are known; it has 3 informative components for each
-/// turn, the second one has 2.
+/// The first residual is used if the seats are known. It determines 3 components of each turn; the
+/// second residual determines 2.
 ///
-/// Gauss-Newton in B = S^-1, with the analytic derivative -integral of R(t) e_p (v - b)_q dt.
+/// The unknowns are the entries of B = S^-1. They are fitted by Gauss-Newton, with the analytic
+/// derivative of the residual: -integral of R(t) e_p (v - b)_q dt for the entry B_pq.
 ///
-/// Each turn has its own error and the errors of the rests at its two ends. The turns before and
-/// after a rest share its error. Restricted likelihood estimates the variances of both kinds of
-/// errors; with fewer than 18 degrees of freedom the errors of the rests are ignored. Other shared
-/// errors, above all that of the bias at the rests, are unknowns with a prior, because they affect
-/// the residuals too (method.md, section 8).
+/// The residual of a turn has three errors: one of the turn itself, and one of each rest at its
+/// ends. The error of a rest affects the turns before and after it. Restricted likelihood estimates
+/// the variances of both kinds of errors. With fewer than 18 degrees of freedom, the errors of the
+/// rests are ignored. Other errors that turns share, above all the error of the bias at the rests,
+/// also affect the residuals. They are fitted as unknowns with a prior (method.md, section 8).
 ///
 /// @param turns  turns about three or more different axes.
 /// @param rests  the result of fit_rests(). Only the bias, its covariance (0: the bias is exact),

@@ -21,9 +21,13 @@ namespace axiscal {
 /// efficiency is 1.
 struct AXISCAL_EXPORT DesignQuality {
   bool determined = false;    ///< if false, efficiencies are 0 and variances infinite
-  double d_efficiency = 0.0;  ///< det(X^T X)^(1/4): volume of the coefficients' confidence region
-  double a_efficiency = 0.0;  ///< 1 / trace (X^T X)^-1: mean variance of the coefficients
-  double g_efficiency = 0.0;  ///< 1 / largest prediction variance
+  /// Efficiency by det(X^T X)^(1/4). A larger value means a smaller confidence region of the
+  /// coefficients.
+  double d_efficiency = 0.0;
+  /// Efficiency by 1 / trace (X^T X)^-1. A larger value means a smaller mean variance of the
+  /// coefficients.
+  double a_efficiency = 0.0;
+  double g_efficiency = 0.0;  ///< efficiency by 1 / largest_prediction_variance
   /// Variance of a predicted response in the worst direction of the field [noise variance], and
   /// that direction in the instrument's frame.
   double largest_prediction_variance = 0.0;

@@ -78,13 +78,14 @@ struct Forecast {
 /// gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic. The readings are in
 /// random order. Use run_study() for the other entries, for example drift, k2 and k3.
 ///
-/// The forecast assumes one slope of the table for the whole run. It is a root mean square over
-/// many calibrations. The mean of the standard errors that these calibrations state is lower, by
-/// 11 % at 2 degrees of freedom and 3 % at 7.
+/// The forecast assumes one slope of the table for the whole run. A forecast uncertainty is the
+/// root mean square of the standard errors that many such calibrations state. Their mean is lower,
+/// by 11 % at 2 degrees of freedom and by 3 % at 7.
 /// @throws DomainError         if the noise is negative, or replicates or samples are below 1.
 /// @throws RankDeficientError  if the design does not determine the coefficients.
 /// @throws RefusedError        if the cube cannot lie at a point, or if the method is `paired` and
-///                             the design has no two opposite points.
+///                             the design has no two points with the same rest face and opposite
+///                             fence faces.
 /// @par Source
 /// method.md, sections 8 and 10; JCGM 100.
 [[nodiscard]] AXISCAL_EXPORT Forecast forecast(const ForecastSetup& setup);

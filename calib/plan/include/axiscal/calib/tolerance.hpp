@@ -40,8 +40,8 @@ struct CalibrationErrors {
   double bias = 0.0;         ///< [field unit]
   double sensitivity = 0.0;  ///< relative error of each axis's main component
   double cross_axis = 0.0;   ///< relative error of each of the axis's other two components
-  /// Error of the field's direction from calibrated readings, along one direction across the field,
-  /// over all attitudes.
+  /// Error of the field's direction from calibrated readings, over all attitudes, as the component
+  /// along one direction perpendicular to the field.
   double angle_rad = 0.0;
 };
 

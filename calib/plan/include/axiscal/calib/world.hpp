@@ -22,7 +22,8 @@ struct AXISCAL_EXPORT World {
   double jitter = 0.0;  ///< scatter of the field's magnitude from reading to reading, relative
   /// Scatter as with jitter, but with a correlation of 0.9 between consecutive readings.
   double wander = 0.0;
-  /// Ratio: noise if the field is along the axis / noise if it is perpendicular; 0: equal.
+  /// Noise with the field along an axis, divided by the noise with the field perpendicular to it;
+  /// 0: both are equal.
   double ends = 0.0;
   double periodic = 0.0;  ///< amplitude of a disturbance that repeats every 7.3 readings [unit]
   double ar = 0.0;        ///< correlation of the noise of consecutive readings, in -1 .. 1

@@ -94,8 +94,8 @@ enum class Force { no, yes };
 AXISCAL_EXPORT void require_unrefused(const Calibration& calibration, Force force = Force::no);
 
 /// @return true if the reduced readings are the field. It is false for a record of method bias that
-///         was made without the sensitivities of another record: its biases contain the response to
-///         the field.
+///         lacks sensitivities from another record, because its biases include the response to the
+///         field.
 [[nodiscard]] AXISCAL_EXPORT bool gives_field(const Calibration& calibration);
 
 /// @return true if the SHA-256 of an input file of the record equals the SHA-256 of one of

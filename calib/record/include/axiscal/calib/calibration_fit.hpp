@@ -30,7 +30,7 @@ struct ReadingResidual {
   Eigen::VectorXd response;  ///< response minus the fit, m entries [unit]
   /// |f_hat| - F, where f_hat is the field that the reading gives [field unit]; NaN for m < 3
   double magnitude = 0.0;
-  bool used = true;  ///< false: left out of the fit
+  bool used = true;  ///< false if the reading was left out of the fit for all axes
 };
 
 /// The fit of one axis in the known-art form (method.md, section 3.1): bias, sensitivity, coning
@@ -50,7 +50,8 @@ struct AXISCAL_EXPORT OrientationQuality {
   double magnitude_spread = 0.0;  ///< standard deviation of |f|, divided by F
   double coverage = 0.0;          ///< share of the sphere that is within 30 degrees of a reading
   double largest_gap_rad = 0.0;   ///< largest angle between a direction and its nearest reading
-  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction of the largest gap, frame sensor
+  /// Direction of the largest gap, in the sensor's frame.
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();
 };
 
 /// The rotation between two instruments that were recorded together.
@@ -76,14 +77,14 @@ struct AXISCAL_EXPORT SlotAlignment {
   Eigen::Vector3d expanded_rad = Eigen::Vector3d::Zero();  ///< half widths of 95 % intervals
 };
 
-/// A check of the field's magnitude, which the calibrated instrument measures in all orientations.
-/// The true magnitude is the same in all orientations, so the scatter of the measured magnitudes is
-/// a type A check of the stated uncertainties of cube and table.
+/// A check of the field's magnitude, which the calibrated instrument measures in every orientation.
+/// The true magnitude is the same in all orientations. The scatter of the measured magnitudes is
+/// therefore a type A check of the stated uncertainties of cube and table.
 struct FieldSizeCheck {
   int orientations = 0;           ///< number of readings
   double relative_sd = 0.0;       ///< scatter of |f_hat| / F over the readings of the fit
-  double by_noise = 0.0;          ///< relative_sd that follows from the noise of the readings
-  double by_inputs = 0.0;         ///< relative_sd that follows from the stated uncertainties
+  double by_noise = 0.0;          ///< expected relative_sd from the noise of the readings
+  double by_inputs = 0.0;         ///< expected relative_sd from the stated uncertainties
   double degrees_of_freedom = 0;  ///< degrees of freedom of relative_sd
   double p_value = 1.0;           ///< probability that noise and inputs give this scatter or more
 };

@@ -80,8 +80,8 @@ enum class DriftSetup {
 /// @return "auto", "none", "linear".
 [[nodiscard]] AXISCAL_EXPORT std::string_view drift_name(DriftSetup drift);
 
-/// The choice of the scatter component "seats": the cube turns a little, at random, each time it is
-/// laid down.
+/// The choice of the scatter component "seats". It describes small random rotations of the cube:
+/// each time the cube is laid down, its orientation is slightly different.
 enum class SeatSetup {
   automatic,  ///< fitted for 24 readings or more
   fit,

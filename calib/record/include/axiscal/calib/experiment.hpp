@@ -26,16 +26,16 @@ namespace axiscal {
 struct TemperatureSetup {
   int order = 0;           ///< order of the polynomials of bias and scale; 0: no terms
   bool automatic = false;  ///< true: the order is chosen from the readings
-  /// True: temperatures are ignored. By default (`order` is 0, `automatic` and `ignored` are false)
-  /// the order is chosen from the readings if they have enough temperatures; it stays 0 unless the
-  /// temperature terms are highly significant.
+  /// True: temperatures are ignored. If `order` is 0, and `automatic` and `ignored` are false (the
+  /// default), the order is chosen from the readings if they have enough temperatures. It stays 0
+  /// unless the temperature terms are highly significant.
   bool ignored = false;
   std::optional<double> reference;  ///< t0; default: mean temperature of the readings
 };
 
-/// Standard uncertainties of inputs whose errors do not show in the readings' scatter; 0 means an
-/// exact input. FieldSetup and Positioner contain the uncertainties of the field's magnitude, of
-/// face normals and of mounts.
+/// Standard uncertainties of inputs whose errors do not increase the scatter of the readings. 0
+/// means that the input is exact. The uncertainties of the field's magnitude, of face normals and
+/// of mounts are members of FieldSetup and Positioner.
 struct StatedUncertainties {
   double resolution = 0.0;  ///< smallest step of a reading [unit of the readings]
   /// Only method known: standard uncertainty of the known slope, for x and y each [rad].
@@ -44,7 +44,7 @@ struct StatedUncertainties {
   double direction_u_rad = 0.0;
   double temperature_u = 0.0;  ///< standard uncertainty of the temperature output [its unit]
   /// Relative standard uncertainty of the reference of the readings' unit, for example of a
-  /// voltmeter. Its error scales all biases and sensitivities by one factor.
+  /// voltmeter. An error of the reference scales all biases and sensitivities by one factor.
   double reference_u = 0.0;
 };
 
@@ -106,9 +106,9 @@ struct AXISCAL_EXPORT Experiment {
   std::vector<int> leave_out;  ///< numbers of the runs that are not used
 };
 
-/// The expected sensitivity of every axis: Experiment::nominal_sensitivity. If that is nullopt and
-/// the readings are in a unit of the field's quantity, the factor between the two units is used,
-/// for example 9.80665 between g and m/s^2.
+/// Returns the expected sensitivity of every axis. It is Experiment::nominal_sensitivity if this is
+/// set. Otherwise, if the unit of the readings is a unit of the field's quantity, it is the factor
+/// between the two units, for example 9.80665 between g and m/s^2.
 ///
 /// @param field_unit  the unit of the reference field.
 /// @return the sensitivity [unit per field unit]; nullopt in all other cases.

@@ -22,7 +22,7 @@ struct RegressionRow {
   int block = 1;
 };
 
-/// The lack-of-fit test of one axis: compares the residuals of the model with the scatter of
+/// The lack-of-fit test of one axis. It compares the residuals of the model with the scatter of
 /// repeated readings.
 struct LackOfFit {
   double pure_error_sd = 0.0;  ///< scatter of a reading, from repeated readings only [unit]
@@ -75,7 +75,7 @@ struct AXISCAL_EXPORT FitStatistics {
   std::vector<std::string> parameter_names;  ///< p names: "x.bias", "x.sensitivity.x", ...
   Eigen::MatrixXd covariance;                ///< p x p, in the order of parameter_names
   double condition_number = 1.0;             ///< condition number for columns of length 1
-  SensitivityMatrix variance_inflation;      ///< factor of each entry of S, m x 3
+  SensitivityMatrix variance_inflation;      ///< variance inflation factor of each entry of S
   std::vector<LackOfFit> lack_of_fit;        ///< test of each axis; empty if nothing is repeated
   std::vector<RegressionRow> rows;           ///< r rows of the regression
   Eigen::MatrixXd leverage;                  ///< leverage of each row for each axis, r x m

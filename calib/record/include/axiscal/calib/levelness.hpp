@@ -14,7 +14,8 @@
 
 namespace axiscal {
 
-/// An estimate of the table's levelness from the opposite readings on one rest face.
+/// An estimate of the table's levelness from the readings on one rest face with opposite fence
+/// faces.
 struct LevelnessEstimate {
   DesignPoint point;  ///< rest face and the first of the two fence faces
   int block = 1;
@@ -31,8 +32,8 @@ struct BlockLevelness {
   double standard_error_y = 0.0;
 };
 
-/// The joint estimate of the levelness from all instruments of an assembly, which stand on one
-/// table. If each block has its own levelness, the estimate is for the last block.
+/// The joint estimate of the levelness from all instruments of an assembly. The instruments stand
+/// on one table. If each block has its own levelness, the estimate is for the last block.
 struct CombinedLevelness {
   std::vector<std::string> slots;
   double x = 0.0;  ///< mean of the slots, weighted by 1 / variance
@@ -58,7 +59,8 @@ struct AXISCAL_EXPORT Levelness {
   bool consistent = true;           ///< true if p_value is 0.005 or more, or NaN
   double p_value = 0.0;        ///< p-value of the test that the faces agree; NaN if not testable
   double block_p_value = 1.0;  ///< p-value of the test that the blocks agree; NaN if not testable
-  std::optional<LevelnessEstimate> suspect;  ///< face that disagrees; nullopt if consistent
+  /// Estimate from the rest face that disagrees with the other faces; nullopt if consistent.
+  std::optional<LevelnessEstimate> suspect;
   std::vector<BlockLevelness>
       blocks;  ///< the levelness of each block, if each block has one; otherwise empty
   std::optional<CombinedLevelness> combined;  ///< the joint result of an assembly's slots

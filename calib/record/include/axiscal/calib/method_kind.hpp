@@ -13,9 +13,9 @@ namespace axiscal {
 struct MethodKind {
   Method method = Method::joint;
   std::string_view name;
-  bool by_pose = false;           ///< needs each reading's pose or its field in the sensor
+  bool by_pose = false;           ///< each reading must state its pose or its field in the sensor
   bool directions_known = false;  ///< the field's directions are given; else they are fitted
-  bool averages_pairs = false;    ///< regresses on averages of opposite readings
+  bool averages_pairs = false;    ///< fits averages of readings with opposite fence faces
   bool by_magnitude = false;      ///< only the field's magnitude is known
   bool by_length = false;         ///< fits the field's magnitude, on faces that may lean
   bool by_turns = false;          ///< integrates a gyroscope's rates from rest to rest

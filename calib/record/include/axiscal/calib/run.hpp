@@ -46,8 +46,8 @@ struct SlotColumns {
   std::vector<std::string> axes;
 };
 
-/// The date of a run: the stated one; else the last time in the column `time`, if its times include
-/// dates; else the last date in the column `date`.
+/// Returns the date of a run. It is the stated date, if there is one. Otherwise it is the last time
+/// in the column `time` if its times include dates, else the last date in the column `date`.
 /// @return ISO 8601, UTC; empty if unknown.
 [[nodiscard]] AXISCAL_EXPORT std::string measured_at(const Run& run);
 
@@ -57,7 +57,8 @@ struct SlotColumns {
 
 /// The columns that a table of observations must have.
 struct ObservationColumns {
-  /// The response columns. If the first one is missing, the columns SLOT.axis of slots are read.
+  /// The response columns. If the first of these columns is missing, the columns SLOT.axis of an
+  /// assembly are read instead.
   std::vector<std::string> axes = {"x", "y", "z"};
   std::vector<SlotColumns> slots;             ///< stated slots; if not empty, `axes` is ignored
   FaceNames face_names;                       ///< words that stand for faces
@@ -106,7 +107,7 @@ enum class Units { one, several };
 
 /// The units of a run in the order of their first readings. Without a column `serial`, all readings
 /// are of one unit with the stated serial number. operator[] makes the run of a unit on demand, so
-/// thousands of units take no more memory than their run.
+/// even thousands of units need no more memory than the whole run.
 class AXISCAL_EXPORT UnitsOfRun {
  public:
   UnitsOfRun(Run run, const std::string& stated_serial);
@@ -125,8 +126,9 @@ class AXISCAL_EXPORT UnitsOfRun {
  private:
   Run run_;  // its list `serials` is empty; the members below replace it
   std::vector<std::string> serials_;
-  std::vector<std::size_t> rows_;    // rows of all units, unit by unit; empty without `serial`
-  std::vector<std::size_t> begins_;  // first index of each unit in rows_, and the end
+  std::vector<std::size_t> rows_;  // rows of all units, unit by unit; empty without `serial`
+  // For each unit, the index of its first row in rows_; the last entry is the size of rows_.
+  std::vector<std::size_t> begins_;
 };
 
 /// @return one run for each unit, in the order of UnitsOfRun.

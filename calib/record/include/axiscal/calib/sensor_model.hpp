@@ -61,7 +61,8 @@ struct SensorModel {
     const Eigen::Vector3d& field_in_sensor,
     const std::optional<SensorTemperature>& temperature);
 
-/// Converts a reading to the value that it would have at the reference temperature.
+/// Converts a reading to the value that it would have in the same field at the reference
+/// temperature.
 /// @param readings     v, m entries [unit].
 /// @param temperature  temperature of the reading; nullopt: the reading is not changed.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd reading_at_reference(

@@ -18,7 +18,7 @@ namespace axiscal {
 struct TemperatureOrderTrial {
   int order = 0;
   double aicc = 0.0;                 ///< corrected Akaike's criterion over all axes; less is better
-  double lack_of_fit_p_value = 0.0;  ///< smallest of the axes' p-values; NaN if not testable
+  double lack_of_fit_p_value = 0.0;  ///< smallest p-value of all axes; NaN if not testable
 };
 
 /// The range of a temperature sensor's output t during a calibration [its unit].
@@ -78,8 +78,8 @@ struct AXISCAL_EXPORT TemperatureResponse {
   [[nodiscard]] bool is_extrapolated(const SensorTemperature& t) const;
 };
 
-/// @return the text of the span, for example "25". If each axis has its own sensor, it is the text
-///         for each axis: "x 25, y 26.1, z 24.8".
+/// @return the text of the common span, for example "25". If each axis has its own sensor, the text
+///         contains the span of each axis: "x 25, y 26.1, z 24.8".
 /// @param axes  the axes' names.
 /// @param text  converts one span to text.
 [[nodiscard]] AXISCAL_EXPORT std::string span_text(
@@ -87,8 +87,8 @@ struct AXISCAL_EXPORT TemperatureResponse {
     const std::vector<std::string>& axes,
     const std::function<std::string(const TemperatureSpan&)>& text);
 
-/// Finds the soak levels: groups of temperatures that are much narrower than the gaps between the
-/// groups.
+/// Finds the soak levels: groups of temperatures whose width is much smaller than the gaps between
+/// the groups.
 ///
 /// @param temperatures  n outputs, any order.
 /// @return the level of each temperature, 0 for the coldest; empty if the temperatures do not form
@@ -104,9 +104,9 @@ struct SoakState {
                              ///< NaN if unknown
 };
 
-/// Tests whether the output of a temperature sensor is steady. It is steady if the trend of the
-/// last readings, plus the trend's uncertainty (95 %), changes the output in one window by at most
-/// the tolerance.
+/// Tests whether the output of a temperature sensor is steady. A line is fitted to the readings of
+/// the last window; its slope is the trend. The output is steady if (|trend| + uncertainty of the
+/// trend (95 %)) times `window_s` is at most `tolerance`.
 ///
 /// @param time_s       n times, ascending.
 /// @param temperature  outputs at these times, n values.

@@ -20,9 +20,10 @@ struct CombinedUncertainty {
   /// more, this is the result of Welch and Satterthwaite's formula. Otherwise it is the number for
   /// which Student's t equals coverage_factor.
   double degrees_of_freedom = 0.0;
-  double coverage_factor = 0.0;   ///< expanded / u
-  double expanded = 0.0;          ///< half width of the 95 % interval
-  std::vector<double> by_source;  ///< standard uncertainty from each source, in budget order
+  double coverage_factor = 0.0;  ///< expanded / u
+  double expanded = 0.0;         ///< half width of the 95 % interval
+  /// Standard uncertainty from each source, in the order of UncertaintyBudget::sources.
+  std::vector<double> by_source;
 };
 
 /// A part of a quantity's variance that is estimated from scatter, with its degrees of freedom.
@@ -35,15 +36,17 @@ struct VarianceShare {
 struct AXISCAL_EXPORT VarianceShares {
   std::vector<VarianceShare> axes;        ///< share of each axis's scatter of readings
   std::vector<VarianceShare> components;  ///< shares of scatter components: blocks, seats, ...
-  double others = 0.0;                    ///< variance with infinite degrees of freedom
+  double others = 0.0;                    ///< variance of type B; infinite degrees of freedom
 
   /// Appends the shares of another, independent part.
   VarianceShares& operator+=(const VarianceShares& more);
 };
 
-/// Combines the shares of a variance. If each share has five degrees of freedom or more, the
-/// expanded uncertainty U follows from Welch and Satterthwaite's formula. Otherwise that formula
-/// gives too short intervals, and U^2 = sum (t_i u_i)^2 is used (method.md, section 8).
+/// Computes the uncertainty of a quantity from the shares of its variance. If each share has five
+/// degrees of freedom or more, the expanded uncertainty U follows from Welch and Satterthwaite's
+/// formula. With fewer degrees of freedom, this formula gives intervals that are too short. Then
+/// U^2 = sum (t_i u_i)^2 is used, where u_i^2 is share i and t_i is Student's t for its degrees of
+/// freedom (method.md, section 8).
 /// @param coverage  coverage probability of the expanded uncertainty.
 /// @par Source
 /// JCGM 100:2008, G.4.
@@ -54,8 +57,9 @@ struct AXISCAL_EXPORT VarianceShares {
 ///         if a share has fewer than five; may be infinite.
 [[nodiscard]] AXISCAL_EXPORT double welch_degrees_of_freedom(const VarianceShares& shares);
 
-/// Student's t at one coverage probability, interpolated in a table. It is used for streams of
-/// readings: the result is accurate to 0.4 % and a hundred times as fast as the exact quantile.
+/// Student's t at one coverage probability, interpolated in a table. The result is accurate to
+/// 0.4 %, and its computation is a hundred times as fast as that of the exact quantile. Use it for
+/// streams of readings.
 class AXISCAL_EXPORT CoverageFactors {
  public:
   /// @throws DomainError  unless 0 < coverage < 1.
@@ -77,7 +81,7 @@ class AXISCAL_EXPORT CoverageFactors {
   std::shared_ptr<const Nodes> nodes_;
 };
 
-/// The uncertainty of a quantity that depends on the parameters.
+/// Computes the uncertainty of a quantity that depends on the parameters.
 ///
 /// @param calibration  a record with statistics. Without an uncertainty budget, the fit is the only
 ///                     source.
@@ -93,7 +97,7 @@ class AXISCAL_EXPORT CoverageFactors {
 [[nodiscard]] AXISCAL_EXPORT VarianceShares scatter_shares(const Calibration& calibration,
                                                            const Eigen::RowVectorXd& gradient);
 
-/// @return covariance of the parameters from all sources; empty without statistics.
+/// @return the covariance of the parameters from all sources; empty if the record lacks statistics.
 [[nodiscard]] AXISCAL_EXPORT Eigen::MatrixXd parameter_covariance(const Calibration& calibration);
 
 /// One parameter in a budget.
@@ -120,20 +124,21 @@ struct ParameterUncertainty {
 ///         valid in SI units.
 [[nodiscard]] AXISCAL_EXPORT bool counts_magnitude(const Calibration& calibration);
 
-/// The inputs that the uncertainties do not include, because their own uncertainty was not stated:
-/// the cube's face normals for a run on a table, the field's magnitude, the reference of readings
-/// in an electrical unit.
+/// Lists the inputs that the uncertainties do not include, because the uncertainty of the input was
+/// not stated. Such inputs are the cube's face normals (for a run on a table), the field's
+/// magnitude, and the reference of readings in an electrical unit.
 /// @return the inputs in words; empty without statistics.
 [[nodiscard]] AXISCAL_EXPORT std::vector<std::string> not_counted(const Calibration& calibration);
 
 /// @return the inputs of not_counted() in one sentence; empty if not_counted() is empty.
 [[nodiscard]] AXISCAL_EXPORT std::string not_counted_sentence(const Calibration& calibration);
 
-/// Advice on halving the combined uncertainty of a quantity.
+/// Advice on how to halve the combined uncertainty of a quantity.
 struct Advice {
   std::string source;  ///< the source with the largest part of the variance
-  double share = 0.0;  ///< its part of the variance
-  std::string text;    ///< an action that would halve the combined uncertainty
+  double share = 0.0;  ///< part of the variance from this source, 0 to 1
+  std::string text;    ///< the improvement of the source that halves the uncertainty, or the
+                       ///< uncertainty that remains without this source
 };
 
 /// @param uncertainty  uncertainty of one quantity.

@@ -27,8 +27,8 @@ struct UncertaintySource {
   Eigen::MatrixXd covariance;
 };
 
-/// The uncertainty budget of a calibration by the GUM (method.md, section 8): the fit's scatter,
-/// and the sources that do not show in this scatter.
+/// The uncertainty budget of a calibration by the GUM (method.md, section 8): the scatter of the
+/// fit, and sources whose errors do not increase this scatter.
 struct UncertaintyBudget {
   std::vector<UncertaintySource> sources;
   double resolution = 0.0;     ///< stated resolution of the readings [unit]; 0: not stated

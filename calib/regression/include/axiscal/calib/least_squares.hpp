@@ -25,7 +25,8 @@ struct LeastSquaresFit {
   Eigen::VectorXd residuals;        ///< y - X b, n entries [unit of y], not weighted
   double degrees_of_freedom = 0.0;  ///< number of observations of non-zero weight, minus p
   double residual_sd = 0.0;         ///< s, the sd of an observation of weight 1 [unit of y]
-  /// R^2, relative to the mean if the columns span a constant, else relative to 0
+  /// R^2. It compares the residuals with the deviations of y from its mean if the columns span a
+  /// constant, otherwise with y itself.
   double r_squared = 0.0;
   Eigen::VectorXd leverage;        ///< diagonal of the hat matrix, n entries in 0 .. 1
   Eigen::VectorXd studentized;     ///< externally studentised residuals; NaN if undefined
@@ -61,12 +62,12 @@ using DesignNames = std::function<std::vector<std::string>()>;
 /// The design of a linear regression `y = X b + e`, factored once for any number of responses. It
 /// computes only estimates. LeastSquaresDesign also computes the statistics of a fit.
 ///
-/// W^1/2 X P = Q R by Householder QR with column pivoting, with columns scaled by powers of two.
-/// The normal equations are not used. One more step with the same factor corrects the last digits
-/// of the estimates. If the condition number (with columns scaled to equal
-/// length) exceeds refinement_above, the solution, its residuals and the covariance are refined by
-/// Bjorck's augmented system with residuals in double-double. Nearly all digits that the data
-/// determine are then correct.
+/// The decomposition is W^1/2 X D P = Q R, by Householder QR with column pivoting. D scales the
+/// columns by powers of two, and P sorts them by pivot. The normal equations are not used. One
+/// correction step with the same factors improves the last digits of the estimates. If the
+/// condition number (for columns scaled to equal length) is above refinement_above, the solution,
+/// its residuals and the covariance are refined by Bjorck's augmented system, with residuals in
+/// double-double. Nearly all digits that the data determine are then correct.
 ///
 /// @par Source
 /// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4; A. Bjorck, "Iterative
@@ -188,22 +189,22 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
   bool spans_constant_ = false;
 };
 
-/// The parameters that a design leaves undetermined: those with a non-zero entry in a basis of its
-/// null space.
+/// Finds the parameters that a design leaves undetermined. These are the parameters with a nonzero
+/// entry in a basis of the design's null space.
 ///
 /// @param design  X, n x p; any n.
 /// @return positions of the columns, ascending; empty for full rank.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Index> undetermined_columns(
     const Eigen::Ref<const Eigen::MatrixXd>& design);
 
-/// Variance inflation factors: the variance of each coefficient, divided by the variance that it
-/// would have if its column were orthogonal to all other columns and to a constant:
-/// VIF_j = C_jj sum_i w_i (x_ij - mean_j)^2.
+/// Computes the variance inflation factors VIF_j = C_jj sum_i w_i (x_ij - mean_j)^2. VIF_j is the
+/// variance of coefficient j, divided by the variance that it would have if its column were
+/// orthogonal to all other columns and to a constant.
 ///
 /// @param design               X, n x p.
 /// @param weights              n weights.
-/// @param unscaled_covariance  C = (X^T W X)^-1, p x p. If the fit has further columns, C is the
-///                             block for X of the whole fit's matrix.
+/// @param unscaled_covariance  C = (X^T W X)^-1, p x p. If the fit has columns besides X, C is the
+///                             block for X of the covariance of all columns.
 /// @return p factors, at least 1; NaN for a constant column.
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980), sec. 3.2.
@@ -234,7 +235,7 @@ diagnose_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
                    double degrees_of_freedom,
                    double parameters);
 
-/// Like diagnose_residuals(), but s is known, and t_i = r_i / (s sqrt(1 - h_i)).
+/// Like diagnose_residuals(), but for a known standard deviation s: t_i = r_i / (s sqrt(1 - h_i)).
 ///
 /// @param scatter  s, the standard deviation of an observation of weight 1.
 [[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics

@@ -21,8 +21,9 @@ struct BisquareWeights {
 ///     u_i = r_i / (4.685 s sqrt(1 - h_i)),   w_i = (1 - u_i^2)^2 for |u_i| < 1, else 0
 ///
 /// s is the median of |r_i| / sqrt(1 - h_i), divided by 0.6745. The p - 1 smallest values are left
-/// out, because the fit may have made them zero. The variance factor is Huber's:
-/// K^2 n^2 / (n - p) sum psi^2 / (sum psi')^2, with his correction K for small samples.
+/// out of the median, because the fit may have made them zero. The variance factor is Huber's:
+/// K^2 n^2 / (n - p) sum psi^2 / (sum psi')^2. Here psi is the weighted residual w_i r_i / s, psi'
+/// is its derivative, and K is Huber's correction for small samples.
 ///
 /// @param weighted_residuals  r_i: residuals times the square root of their given weights.
 /// @param leverage            h_i: leverages of the fit without robust weights.

@@ -33,8 +33,9 @@ struct DriftCheck {
   /// direction.
   double pitch_error_deg = 0.0;
   double pitch_error_u_deg = 0.0;  ///< standard uncertainty of pitch_error_deg
-  /// Half width of the 95 % interval of pitch_error_deg. It allows for the choice of the largest
-  /// error among all directions, because this largest error is about 1.8 u even without a drift.
+  /// Half width of the 95 % interval of pitch_error_deg. The interval is valid for the largest
+  /// error over all directions, not only for the error in one direction. Even without a drift, this
+  /// largest error is about 1.8 times pitch_error_u_deg.
   double pitch_error_expanded_deg = 0.0;
   std::vector<std::string> notes;
 };
@@ -97,14 +98,15 @@ struct InSituCheck {
 /// Tests whether the lengths of the fields of static readings agree with the field's magnitude
 /// (docs/method/watching.md).
 ///
-/// Readings within 5 degrees form one pose. One test compares the mean residuals of all poses with
-/// the covariance of the calibration and the noise of the readings; its level is four fifths of
-/// alpha. The test of the worst reading has a level of one fifth of alpha. More readings in one
-/// pose cannot detect a drift below the uncertainty of the calibration.
+/// Readings whose directions differ by less than 5 degrees form one pose. One test compares the
+/// mean residuals of all poses with the covariance of the calibration and the noise of the
+/// readings; its level is four fifths of alpha. The test of the worst reading has a level of one
+/// fifth of alpha. More readings in one pose cannot detect a drift below the uncertainty of the
+/// calibration.
 ///
 /// @param observations  readings of all axes at rest; labels are not needed.
-/// @param alpha  the probability of a false alarm for the run. The limit of each of the n readings
-///               is that for a probability of alpha / (5 n).
+/// @param alpha  the probability of a false alarm for the run. Without a drift, each of the n
+///               readings exceeds its limit with the probability alpha / (5 n).
 /// @throws DomainError  for fewer than three axes, or a record without covariance.
 [[nodiscard]] AXISCAL_EXPORT InSituCheck check_in_situ(const Calibration& calibration,
                                                        const Observations& observations,

@@ -42,7 +42,7 @@ struct UnitHistory {
 /// Texts that may be records, with their names for messages.
 struct RecordTexts {
   std::vector<std::string> names;                      ///< n
-  std::function<std::string(std::size_t place)> text;  ///< returns the text of a place, 0 to n - 1
+  std::function<std::string(std::size_t place)> text;  ///< returns text number `place`, 0 to n - 1
 };
 
 /// @return the files of a folder whose names end in .json.

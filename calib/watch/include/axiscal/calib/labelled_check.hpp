@@ -13,9 +13,12 @@ namespace axiscal {
 /// for a calibration: three readings are enough to check the record.
 ///
 /// The direction of the field in the table is unknown, so it is fitted (two parameters). The
-/// residuals have the covariance of the readings' noise and of the record's coefficients, J C J^T.
-/// They are tested axis by axis against F(q_k, nu_k) and combined by Fisher's method. The changes
-/// in the report are those of the biases, with constant sensitivities.
+/// covariance of the residuals has two parts: the noise of the readings, and J C J^T, where C is
+/// the covariance of the record's coefficients and J the derivative of the predictions. The
+/// residuals of each axis k are tested with the distribution F(q_k, nu_k). q_k is the number of
+/// degrees of freedom of these residuals, and nu_k that of the axis's scatter in the record.
+/// Fisher's method combines the axes. The reported changes are those of the biases; the
+/// sensitivities are assumed to be unchanged.
 ///
 /// @param experiment    the mount of the instrument in its cube, and the field.
 /// @param observations  readings with design points and the axes of the record, at its reference

@@ -14,9 +14,9 @@ struct SignedCounts {
   std::vector<std::size_t> columns;  ///< columns of signed counts; some may have no negative values
 };
 
-/// Looks for signed counts that were printed unsigned. Such columns contain whole numbers of 0 to
-/// 2^bits - 1, of which at most 2 % are between 0.375 and 0.625 times 2^bits. At least two columns
-/// must contain both small and large numbers.
+/// Looks for columns of signed counts that were printed unsigned. Such a column contains only whole
+/// numbers from 0 to 2^bits - 1, and at most 2 % of them are between 0.375 and 0.625 times 2^bits.
+/// In at least two columns there must be numbers below and above this gap.
 /// @param samples  columns of one length.
 /// @param fewest_bits  smallest number of bits to look for. Values below 16 are only safe for the
 ///                     columns of an accelerometer, a gyroscope or a magnetometer, because other
