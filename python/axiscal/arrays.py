@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -42,10 +43,14 @@ def matrix(value: Any, name: str = "readings") -> Floats:
         If ``value`` has another shape, or holds something else than finite numbers.
     """
     try:
+        if isinstance(value, np.ma.MaskedArray):
+            value = value.astype(np.float64).filled(np.nan)
         array = np.asarray(value)
     except ValueError as error:
         raise DomainError(f"{name}: rows of different lengths; expected an array of n x m numbers") from error
-    if array.dtype == object or array.dtype.kind not in "fiu":
+    if array.dtype.kind in "bcMm":
+        raise DomainError(f"{name}: expected numbers, not {array.dtype}")
+    if array.dtype.kind not in "fiu":
         try:
             array = array.astype(np.float64)
         except (TypeError, ValueError) as error:
@@ -80,13 +85,31 @@ def column(value: Any, rows: int, name: str) -> Array:
     return array
 
 
+_UNIT_IN_NAME = re.compile(r"^(.+?)\s*[(\[]([^()\[\]]+)[)\]]$")
+
+
+def unit_of_columns(names: Sequence[str]) -> Tuple[List[str], Optional[str]]:
+    """Names such as "x (V)" without their unit, and the unit; None if the names state no unit.
+
+    Raises
+    ------
+    DomainError
+        If the columns have different units.
+    """
+    found = [_UNIT_IN_NAME.match(name) for name in names]
+    units = {one.group(2).strip() if one else None for one in found}
+    if len(units) > 1:
+        raise DomainError(f"readings: the columns {', '.join(names)} have different units; convert them to one unit")
+    return [one.group(1) if one else name for one, name in zip(found, names)], units.pop() if units else None
+
+
 def table_of(frame: Any, axes: Optional[Sequence[str]]) -> Tuple[Floats, List[str], Dict[str, Array]]:
     """Readings, names of the axes and further columns of a DataFrame or a mapping of columns."""
     names = [str(one) for one in (frame.columns if is_frame(frame) else frame)]
     columns = {name: np.asarray(frame[key]) for name, key in zip(names, frame.columns if is_frame(frame) else frame)}
     if axes is None:
         others = [name for name in names if name not in LABELS]
-        axes = ["x", "y", "z"] if {"x", "y", "z"} <= set(names) else others
+        axes = ["x", "y", "z"] if {"x", "y", "z"} & set(names) else others
     missing = [axis for axis in axes if axis not in columns]
     if missing:
         raise DomainError(f"readings: the column {missing[0]!r} is missing; the columns are {', '.join(names)}")

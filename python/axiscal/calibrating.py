@@ -23,6 +23,7 @@ from .arrays import (
     read_table,
     seconds_of,
     table_of,
+    unit_of_columns,
     utc,
 )
 from .calibration import Calibration, PathLike, _from_json, checked
@@ -265,12 +266,16 @@ def calibrate(
     elif is_frame(readings) or isinstance(readings, dict):
         axes = options.get("axes")
         data, names, columns = table_of(readings, axes.split(",") if isinstance(axes, str) else axes)
-        options["axes"] = names
+        options["axes"], unit = unit_of_columns(names)
+        if unit is not None and options.setdefault("unit", unit) not in (unit, "1"):
+            raise DomainError(f"readings: the columns are in {unit}, the instrument in {options['unit']}; convert them")
+        if unit is not None:
+            options["unit"] = unit
     else:
         data = finite_matrix(readings)
-        if data.shape[1] != 3:
-            options.setdefault("axes", ["x", "y", "z"][: data.shape[1]] if data.shape[1] < 3 else
-                               [f"a{k + 1}" for k in range(data.shape[1])])  # fmt: skip
+        if data.shape[1] != 3 and options.get("axes") is None:
+            raise DomainError(f"readings: expected an array of n x 3, not of n x {data.shape[1]}; "
+                              "name the axes of another instrument by axes=")  # fmt: skip
     columns = {name: column(value, len(data), name) for name, value in {**columns, **given}.items()}
     is_labelled = "rest" in columns and "fence" in columns
     has_texts = "time" in columns and columns["time"].dtype.kind in "OUS"

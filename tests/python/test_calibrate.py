@@ -207,3 +207,31 @@ def test_quantities_convert(cal):
     slope = cal["x.sensitivity.x"].to_pint(registry)
     assert slope.value.units == registry.Unit("V / standard_gravity")
     assert slope.to("V / (m/s^2)").value.magnitude == pytest.approx(cal["x.sensitivity.x"].value / 9.80665)
+
+
+@pytest.mark.parametrize("change, said", [
+    (lambda x: x + 1j, "complex"),
+    (lambda x: x > 0, "bool"),
+    (lambda x: x[:, :2], "n x 3, not of n x 2"),
+    (lambda x: np.hstack([x, x]), "n x 3, not of n x 6"),
+    (lambda x: x[None], "3 dimensions"),
+    (lambda x: np.ma.masked_greater(x, 2.4), "row 0, column 2 is nan"),
+    (lambda x: [[1, 2, 3], [1, 2]], "different lengths"),
+])  # fmt: skip
+def test_readings_that_are_refused(run, change, said):
+    with pytest.raises(ax.DomainError, match="readings: .*" + said):
+        ax.calibrate(change(run.readings), rest=run.rest, fence=run.fence, instrument=ax.accelerometer("V"))
+
+
+def test_units_of_columns(run, cal):
+    frame = run.to_dataframe()
+    named = frame.rename(columns={axis: f"{axis} (V)" for axis in "xyz"})
+    assert np.array_equal(ax.calibrate(named, instrument=ax.accelerometer("V")).bias, cal.bias)
+    assert ax.calibrate(named, instrument=ax.accelerometer()).unit == "V"
+    with pytest.raises(ax.DomainError, match="in V, the instrument in mV"):
+        ax.calibrate(named, instrument=ax.accelerometer("mV"))
+    mixed = frame.rename(columns={"x": "x (V)", "y": "y (mV)", "z": "z (V)"})
+    with pytest.raises(ax.DomainError, match="different units"):
+        ax.calibrate(mixed, instrument=ax.accelerometer("V"))
+    with pytest.raises(ax.DomainError, match="'z' is missing"):
+        ax.calibrate(frame.drop(columns="z"), instrument=ax.accelerometer("V"))
