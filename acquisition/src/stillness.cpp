@@ -133,7 +133,8 @@ void Stillness::update_floor() {
   }
   Eigen::VectorXd sd = sd_;
   for (Eigen::Index k = 0; k < axes_; ++k) {
-    // The scatter is at least that of rounding to the converter's step, which is step / sqrt(12).
+    // Rounding to the converter's step alone has a standard deviation of step / sqrt(12), so the
+    // scatter cannot be smaller.
     if (std::isfinite(step_(k))) {
       sd(k) = std::max(sd(k), step_(k) / std::sqrt(12.0));
     }

@@ -17,9 +17,9 @@ namespace axiscal {
 /// With fewer than three axes the length is unknown. Bias and scale are then (v1 + v2) / 2 and (v1
 /// - v2) / (2 F), where v1 and v2 are the readings on the axis's positive and negative face.
 ///
-/// The scatter of a reading is computed from the lengths if three axes have nine readings or more.
-/// Otherwise it is the residual standard deviation of the fit by the stated faces, which includes
-/// the lean and is therefore an upper bound.
+/// With three axes and at least nine readings in total, the scatter of a reading is computed from
+/// the lengths. Otherwise it is the residual standard deviation of the fit by the stated faces,
+/// which includes the lean and is therefore an upper bound.
 ///
 /// @param F         the magnitude of the field [field unit].
 /// @param estimate  the fit by the stated faces, with the given direction of the field; receives

@@ -96,8 +96,9 @@ class Clock {
   std::size_t samples_ = 0;
 };
 
-// Replaces missing numbers by the last value, so that sums stay finite. In a column of detection a
-// missing number ends a rest; in other columns, for example of a slower sensor, it does not.
+// Replaces missing numbers by the last value of the column, so that sums stay finite. A missing
+// number ends a rest only in the columns by which rests are detected. In other columns, for example
+// those of a slower sensor, it does not.
 class Repair {
  public:
   Repair(const SegmentOptions& options,

@@ -44,7 +44,7 @@ def matrix(value: Any, name: str = "readings") -> Floats:
     """
     try:
         if isinstance(value, np.ma.MaskedArray):
-            value = value.astype(np.float64).filled(np.nan)
+            value = np.ma.filled(value.astype(np.float64), np.nan)
         array = np.asarray(value)
     except ValueError as error:
         raise DomainError(f"{name}: rows of different lengths; expected an array of n x m numbers") from error

@@ -51,7 +51,7 @@ struct Capability {
   double median_u_with_prior = 0.0;
   /// Lines of the control chart: the mean, and mean - 3 sd_within, mean + 3 sd_within.
   double center = 0.0, below = 0.0, above = 0.0;
-  std::size_t outside = 0;                        ///< number of units outside below .. above
+  std::size_t outside = 0;  ///< number of units outside below .. above
 };
 
 /// Computes the capability of the process for one coefficient.

@@ -47,7 +47,7 @@ class Database {
     const char* begin;          ///< statement that begins a transaction for writing
     /// Statement in a transaction that stops other processes from making the schema; may be empty.
     const char* lock_schema;
-    const char* has_table;      ///< query that gives a row if the table $1 exists
+    const char* has_table;  ///< query that gives a row if the table $1 exists
     /// For a database without the store's table: gives a row if it has other tables, so that it
     /// belongs to another program. In PostgreSQL, where a store may lie among other tables, it
     /// never gives a row.

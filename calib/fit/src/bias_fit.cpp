@@ -88,7 +88,8 @@ void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
         experiment.from->sensor.rotation_sensor_from_assembly;
     return;
   }
-  // If the readings are in a unit of the field, their unit determines the sensitivity.
+  // The nominal sensitivity is the stated one. If none is stated and the readings are in a unit of
+  // the field, it is the factor between the two units; otherwise it is 1.
   const double nominal = nominal_sensitivity(experiment, calibration).value_or(1.0);
   calibration.sensor.response.sensitivity = SensitivityMatrix::Zero(instrument.axis_count(), 3);
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {

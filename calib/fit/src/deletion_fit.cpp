@@ -68,7 +68,8 @@ std::optional<Others> others_of(const Solution& solution,
   Others others;
   std::vector<ResponseSums> sums;
   Eigen::VectorXd start(smallest.size());
-  // squared lengths of the shared columns at the other readings
+  // sum over axes of the squared norms of the shared columns, without the rows of the left-out
+  // readings, divided by the axis's variance
   Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());
   // the part of these squares that remains after projection off the own columns
   Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());

@@ -26,7 +26,8 @@ void set_coefficients(const ReadingSet& set,
   }
   if (order > 0) {
     estimate.temperature.bias.row(axis) = coefficients.segment(set.base_column_count(), order);
-    // The coefficients of the columns d^j (S f), divided by `unit`, are the change of c.
+    // The coefficients of the columns d^j (S f), divided by `unit`, are the change of the
+    // temperature scale's coefficients c_j (see TemperatureTerms).
     const auto along = set.temperature.along.row(axis);
     const double unit = along.dot(S) / along.squaredNorm();
     estimate.temperature.scale.row(axis) =

@@ -113,7 +113,7 @@ Series rule_of(const std::string& message, const std::string& column) {
   return {};
 }
 
-// A logged message with one name and instance.
+// One instance of a message type: all logged messages with this name and instance number.
 struct Subscription {
   std::string name;
   int instance = 0;

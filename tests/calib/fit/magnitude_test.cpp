@@ -120,7 +120,8 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
         (result.sensor.response.bias(2) - hard_iron(2)) / result.fit.statistics->bias_se(2) / runs;
     se = result.fit.statistics->bias_se(2);
     if (seed == 1) {
-      EXPECT_THAT(result.findings.notes, test::HasNote(HasSubstr("were corrected for the error that noise causes")));
+      EXPECT_THAT(result.findings.notes,
+                  test::HasNote(HasSubstr("were corrected for the error that noise causes")));
       ASSERT_FALSE(result.findings.warnings.empty());
       EXPECT_EQ(result.findings.warnings.front().code, WarningCode::coverage);
       EXPECT_THAT(result.findings.warnings.front().message, HasSubstr("-z"));
@@ -203,7 +204,8 @@ TEST(MagnitudeMethod, RobustRegressionPassesOverReadingsThatWereMoved) {
   const Calibration result = calibrate(experiment, observations);
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 5e-3);
   EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr("runs 8, 21, 34 and 62: robust regression ignores the readings of axis x")));
+              test::HasNote(HasSubstr(
+                  "runs 8, 21, 34 and 62: robust regression ignores the readings of axis x")));
 }
 
 // ---- coverage of the sphere ----

@@ -137,7 +137,8 @@ TEST(Turns, TheSeatsScatterIsFound) {
   const std::string& note = found.findings.notes.front().message;
   const std::size_t at = note.find("two turns share, is ");
   ASSERT_NE(at, std::string::npos) << note;
-  EXPECT_NEAR(std::stod(note.substr(at + std::string("two turns share, is ").size())) * rad_per_deg, 5e-4, 1e-4);
+  EXPECT_NEAR(std::stod(note.substr(at + std::string("two turns share, is ").size())) * rad_per_deg,
+              5e-4, 1e-4);
 }
 
 // A recording of an instrument that is turned by hand. Its noise is correlated.

@@ -55,7 +55,7 @@ struct PoseModelFit {
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
   /// The ratio of the residuals' variance to the stated variance; at least 1.
   double variance_factor = 1.0;
-  double cost = 0.0;           ///< sum of the squared weighted residuals
+  double cost = 0.0;  ///< sum of the squared weighted residuals
   /// Covariance of the parameters, in this order: bias (m), sensitivity by rows (3 m), direction of
   /// the field (2), common scale of the sensitivities (1).
   Eigen::MatrixXd covariance;
@@ -64,8 +64,8 @@ struct PoseModelFit {
 /// The match of a reading with the 24 poses of the cube.
 struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< pose with the smallest chi^2
-  double log_ratio = 0.0;  ///< (misfit - best_misfit) / 2
-  double misfit = 0.0;     ///< chi^2 of the stated pose, m degrees of freedom
+  double log_ratio = 0.0;                         ///< (misfit - best_misfit) / 2
+  double misfit = 0.0;  ///< chi^2 of the stated pose, m degrees of freedom
   double best_misfit = 0.0;
   bool looks_like_another = false;  ///< another pose fits far better, and its chi^2 is acceptable
   bool fits_none = false;           ///< no pose fits, for example of a tilted or moving cube

@@ -52,11 +52,11 @@ struct BlockFits {
 // the result is the plain mean with its usual variance.
 struct EntryMean {
   double mean = 0.0;
-  double variance = 0.0;    // variance of the mean, from the scatter of the blocks
-  double within = 0.0;      // variance of the mean, from the readings' noise
+  double variance = 0.0;  // variance of the mean, from the scatter of the blocks
+  double within = 0.0;    // variance of the mean, from the readings' noise
   // Sum over the blocks: squared deviation from the mean, divided by the variance of the noise.
   double chi_square = 0.0;
-  double blocks = 0.0;      // number of blocks
+  double blocks = 0.0;  // number of blocks
   [[nodiscard]] double mean_square() const { return blocks * variance; }
 };
 

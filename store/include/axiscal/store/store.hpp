@@ -23,9 +23,9 @@ struct StoredCoefficient {
 /// A calibration in a store: the JSON record, and the values by which a store is searched.
 struct StoredCalibration {
   std::string serial, slot, model, kind, unit;
-  std::string measured;  ///< time of the last reading; ISO 8601, UTC; empty if not stated
-  std::string computed;  ///< time at which the record was made; ISO 8601, UTC
-  std::string status;    ///< "ok", "warning", "refused", or "error" if there is no record
+  std::string measured;        ///< time of the last reading; ISO 8601, UTC; empty if not stated
+  std::string computed;        ///< time at which the record was made; ISO 8601, UTC
+  std::string status;          ///< "ok", "warning", "refused", or "error" if there is no record
   std::optional<bool> passed;  ///< true if all limits are met; nullopt without limits
   std::string reason;          ///< reason of the failure, the refusal or the warning
   std::string limits;          ///< SHA-256 of the limits; empty without limits

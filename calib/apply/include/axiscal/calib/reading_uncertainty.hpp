@@ -113,7 +113,8 @@ class AXISCAL_EXPORT ReadingPropagation {
   struct LengthChange {
     double length = 0.0;  ///< |f| [field unit of the record]
     Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
-    Eigen::RowVectorXd by_parameters;  ///< p: d|f| / d(parameters) [field unit per unit of each]
+    /// d|f| / d(parameters), one entry for each parameter [field unit per unit of the parameter].
+    Eigen::RowVectorXd by_parameters;
     /// Variance of the length from the reading's noise [field unit squared].
     double reading_variance = 0.0;
   };

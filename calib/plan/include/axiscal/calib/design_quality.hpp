@@ -20,7 +20,7 @@ namespace axiscal {
 /// X^T X = n diag(1, 1/3, 1/3, 1/3). The efficiencies are relative to this matrix, so the best
 /// efficiency is 1.
 struct AXISCAL_EXPORT DesignQuality {
-  bool determined = false;    ///< if false, efficiencies are 0 and variances infinite
+  bool determined = false;  ///< if false, efficiencies are 0 and variances infinite
   /// Efficiency by det(X^T X)^(1/4). A larger value means a smaller confidence region of the
   /// coefficients.
   double d_efficiency = 0.0;

@@ -57,9 +57,10 @@ struct StatedUncertainties {
 /// experiment.fit.temperature.order = 1;
 /// @endcode
 struct FitOptions {
-  std::optional<Method> method;        ///< default: choose_method()
-  std::optional<Weighting> weighting;  ///< default: `samples` if the readings state them
-  bool robust = false;                 ///< true: robust regression with bisquare weights
+  std::optional<Method> method;  ///< default: choose_method()
+  /// Default: `samples` if the readings state their numbers of samples; otherwise `none`.
+  std::optional<Weighting> weighting;
+  bool robust = false;  ///< true: robust regression with bisquare weights
   TemperatureSetup temperature;
   LevelBy level_by = LevelBy::run;           ///< only methods paired and joint
   DriftSetup drift = DriftSetup::automatic;  ///< only methods paired, joint and known
