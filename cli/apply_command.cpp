@@ -476,9 +476,9 @@ int run_one(const ApplyCommand& command) {
   output.commit();
   if (!gives_field(calibration)) {
     print_remark("note",
-                 "the biases in the record include the field during the calibration, so the output "
-                 "is each reading minus the bias at its temperature, without residual and "
-                 "direction");
+                 "the biases in the record include the field during the calibration. Each result "
+                 "is therefore the reading minus the bias at its temperature; residual and "
+                 "direction are not computed");
   }
   if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
     print_remark("note", "with 2 axes the third component is known only up to its sign");

@@ -49,8 +49,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   add_experiment_options(options, command.experiment);
   options.add("-o,--output", command.output, "FILE", "file of the record (JSON); - is stdout");
   options.add("--align", command.align, "RECORD",
-              "record of a three-axis instrument in the same file; the calibration is rotated to "
-              "that instrument's frame");
+              "record of a three-axis instrument whose readings are in the same FILE; the "
+              "calibration is rotated to that instrument's frame");
   options.add("--body", command.body, "BODY",
               "file of the rotation that --tare corrects (method attitude), if no FILE of readings "
               "in known attitudes is given");

@@ -421,7 +421,7 @@ int run(const CheckCommand& command) {
   }
   if (command.experiment.instrument &&
       *command.experiment.instrument != old.sensor.instrument.kind) {
-    throw UsageError("--instrument: the record is of an instrument of kind " +
+    throw UsageError("--instrument: leave the option out, or state the kind in the record: " +
                      old.sensor.instrument.kind);
   }
   Calibration fresh;

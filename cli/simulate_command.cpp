@@ -76,7 +76,8 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
       throw UsageError(
-          formatted("--truth: '{}': each of several records must be SLOT=RECORD", text));
+          formatted("--truth: '{}': must be SLOT=RECORD, because --truth is stated more than once",
+                    text));
     }
     Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
                 .path = has_slot ? text.substr(parting + 1) : text,

@@ -44,7 +44,8 @@ def matrix(value: Any, name: str = "readings") -> Floats:
     """
     try:
         if isinstance(value, np.ma.MaskedArray):
-            value = np.ma.filled(value.astype(np.float64), np.nan)
+            mask = np.broadcast_to(np.asarray(value.mask), value.shape)
+            value = np.where(mask, np.nan, np.asarray(value.data, dtype=np.float64))
         array = np.asarray(value)
     except ValueError as error:
         raise DomainError(f"{name}: rows of different lengths; expected an array of n x m numbers") from error

@@ -289,8 +289,9 @@ DriftCheck check_labelled(const Calibration& record,
          .e_n = not_a_number});
   }
   check.notes.push_back(formatted(
-      "the {} readings are compared with the predictions of the record; the field's direction in "
-      "the table is fitted. The changes are those of the biases if the sensitivities are unchanged",
+      "the {} readings are compared with the predictions of the record, after a fit of the field's "
+      "direction in the table's frame. The changes of the biases are valid only if the "
+      "sensitivities have not changed",
       n));
   return check;
 }

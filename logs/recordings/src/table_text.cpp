@@ -161,9 +161,9 @@ void TableText::State::open(OpenedFile opened) {
     constexpr std::size_t looked_at = 100000;
     throw DataError(
         path,
-        formatted("is a recording ({}), not a table of readings in known orientations; {}; if the "
-                  "instrument was turned by hand, state the kind of instrument, to calibrate by "
-                  "method magnitude",
+        formatted("is a recording ({}), not a table of readings in known orientations; {}. If the "
+                  "instrument was turned by hand, state method magnitude and the kind of "
+                  "instrument",
                   opened.format, series_list(summarise(*opened.decoder, looked_at))),
         {settings::log});
   }
