@@ -127,14 +127,6 @@ struct Condition {
 
 }  // namespace
 
-bool Store::is_address(const std::string& text) {
-  return is_postgresql(text) || text.ends_with(".db");
-}
-
-int Store::schema_version() {
-  return newest_schema();
-}
-
 Store::Store(const std::string& address, Access access)
     : address_(without_password(address)),
       database_(is_postgresql(address) ? open_postgresql(address)

@@ -81,7 +81,7 @@ class Store {
 
   /// @param address  the path of a file of SQLite, or postgresql://USER@HOST/DATABASE.
   /// @throws DataError     if there is no such store, it is another program's database, or its
-  ///                       schema is newer than schema_version().
+  ///                       schema is newer than this program's.
   /// @throws RefusedError  if its schema is older (Access::migrate opens it), or this build lacks
   ///                       the database.
   Store(const std::string& address, Access access);
@@ -89,17 +89,10 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  /// @return true if the text is the address of a store: postgresql://.., or a file whose name ends
-  ///         in .db.
-  [[nodiscard]] static bool is_address(const std::string& text);
-
-  /// @return the version of the schema that this program writes.
-  [[nodiscard]] static int schema_version();
-
   /// @return the version of the store's schema.
   [[nodiscard]] int version() const { return version_; }
 
-  /// Updates the schema to schema_version(). The calibrations stay unchanged.
+  /// Updates the schema to the newest version. The calibrations stay unchanged.
   void migrate();
 
   /// Stores a calibration in the current transaction; begins a transaction if there is none.
