@@ -99,7 +99,7 @@ int run_fleet(const ReportCommand& command) {
   }
   const Store store(*command.fleet, Store::Access::read);
   const StoreFilter filter{
-      .kind = command.kind, .model = command.model, .since = command.since, .until = command.until};
+      .model = command.model, .kind = command.kind, .since = command.since, .until = command.until};
   const std::size_t slash = command.fleet->find_last_of('/');
   Fleet fleet{.kind = {}, .model = {}, .source = command.fleet->substr(slash + 1)};
   require_one_design(store, filter, fleet.source);

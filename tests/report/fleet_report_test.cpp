@@ -2,7 +2,6 @@
 // The page of a fleet: its statistics against numbers that were computed by hand or by simulation.
 #include "axiscal/report/fleet_report.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <random>
 
@@ -91,7 +90,6 @@ TEST(FleetStatistics, APriorFromTheBatchIsHonest) {
     double squares = 0.0;
     double stated = 0.0;
     double without = 0.0;
-    double count = 0.0;
     for (int batch = 0; batch < 200; ++batch) {
       const double shared = common * normal(random);
       std::vector<double> truth;
@@ -110,7 +108,6 @@ TEST(FleetStatistics, APriorFromTheBatchIsHonest) {
         squares += (estimate - truth[i]) * (estimate - truth[i]);
         stated += one.median_u_with_prior * one.median_u_with_prior;
         without += one.median_u * one.median_u;
-        count += 1.0;
       }
     }
     EXPECT_LT(squares, 1.03 * stated) << common;
