@@ -54,8 +54,10 @@ tools=("sbatch slurm-wlm" "clang++ clang" "node nodejs" "npm npm" "chromium chro
   "dpkg-shlibdeps dpkg-dev" "file file" "tmux tmux" "mosquitto_pub mosquitto-clients")
 
 # dependencies.sh --python also installs the packages for the Python package and its tests.
+optional=()
 if [ "${1:-}" = --python ]; then
-  needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv" "python3-uncertainties" "python3-pint" "python3-distributed")
+  optional=("python3-uncertainties" "python3-pint" "python3-distributed")
+  needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv")
   tools+=("mypy mypy")
 fi
 
@@ -86,6 +88,9 @@ done
 wanted=()
 for tool in "${tools[@]}"; do
   command -v "${tool% *}" >/dev/null || wanted+=("${tool#* }")
+done
+for package in "${optional[@]}"; do
+  is_installed "$package" || wanted+=("$package")
 done
 [ $((${#missing[@]} + ${#wanted[@]})) -gt 0 ] || exit 0
 
