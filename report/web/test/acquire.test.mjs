@@ -185,7 +185,7 @@ async function aSessionByClicks(browser) {
   assert.equal(await session.over, 1, session.err);
   assert.match(session.err, /stopped with 1 readings.*clicks \u00fc-2\.journal/s);
   assert.ok(session.count("question") >= 1, "the person erred");
-  assert.ok(other.log.some((text) => /looks like|looks turned|fits no pose/.test(text)), other.log.join("; "));
+  assert.ok(other.log.some((text) => /the reading shows|agrees with no pose/.test(text)), other.log.join("; "));
   const record = JSON.parse(readFileSync(join(scratch, "clicks \u00fc.json"), "utf8"));
   assert.notEqual(record.status, "refused");
   assert.equal(session.count("files"), 1, "what the first session left is told");
@@ -234,7 +234,7 @@ async function aFreeSession(browser) {
   const early = await sphere("filled");
   await picture(page, "acquire-free");
   assert.ok(await isDrawn(page, "#sphere"), "the sphere is drawn");
-  assert.ok(await comesTrue(async () => (await page.textContent("#headline")) === "It is enough", 60), "it is never enough");
+  assert.ok(await comesTrue(async () => (await page.textContent("#headline")) === "The target is reached", 60), "it is never enough");
   assert.ok((await sphere("filled")) > early, "gaps are filled");
   assert.match(await page.textContent("#free-numbers"), /Hard iron \[uT\].*\u00b1/);
   await picture(page, "acquire-free-enough");
