@@ -75,9 +75,8 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
     const bool has_slot =
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
-      throw UsageError(
-          formatted("--truth: '{}': must be SLOT=RECORD, because --truth is stated more than once",
-                    text));
+      throw UsageError(formatted(
+          "--truth: '{}': must be SLOT=RECORD, because --truth is stated more than once", text));
     }
     Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
                 .path = has_slot ? text.substr(parting + 1) : text,

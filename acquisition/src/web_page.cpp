@@ -260,8 +260,7 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
-    return refusal(403,
-                   "this browser has not logged in: open the address that the terminal shows");
+    return refusal(403, "this browser has not logged in: open the address that the terminal shows");
   }
   owner_ = controller_ = session;
   heard_ = place_.now();
@@ -274,8 +273,7 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
 std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
-    return refusal(403,
-                   "this browser has not logged in: open the address that the terminal shows");
+    return refusal(403, "this browser has not logged in: open the address that the terminal shows");
   }
   if (session != controller_) {
     return refusal(409, "another browser controls the session; take control first");
@@ -310,8 +308,7 @@ WebAnswer WebPage::handle_heartbeat(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
-    return refusal(403,
-                   "this browser has not logged in: open the address that the terminal shows");
+    return refusal(403, "this browser has not logged in: open the address that the terminal shows");
   }
   if (session == owner_ && controller_ != owner_) {
     controller_ = owner_;

@@ -764,5 +764,24 @@ TEST(ExportXlsx, RefusesWhatNoSheetReduces) {
 }
 #endif
 
+// The records for test benches state the outcome, the limits and the values of the record.
+TEST(ExportForTestBenches, StatesOutcomeAndLimits) {
+  Calibration calibration = accelerometer_in("V", "g");
+  calibration.findings.verdict =
+      Verdict{.passed = false,
+              .rule = "simple",
+              .limits = {{.parameter = "x.bias", .value = 0.5, .high = 0.1, .passed = false}},
+              .not_counted = {}};
+  const auto openhtf = nlohmann::json::parse(export_calibration(calibration, "openhtf").content);
+  EXPECT_EQ(openhtf["dut_id"], calibration.sensor.instrument.serial);
+  EXPECT_EQ(openhtf["outcome"], "FAIL");
+  EXPECT_EQ(openhtf["phases"][0]["measurements"]["x.bias"]["validators"][0], "x <= 0.1");
+  const auto tofupilot =
+      nlohmann::json::parse(export_calibration(calibration, "tofupilot").content);
+  EXPECT_EQ(tofupilot["run_passed"], false);
+  EXPECT_EQ(tofupilot["steps"][0]["limit_high"], 0.1);
+  EXPECT_TRUE(tofupilot["steps"][0]["limit_low"].is_null());
+}
+
 }  // namespace
 }  // namespace axiscal::test
