@@ -42,8 +42,8 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
 std::vector<AxisColumns> find_axes(const Instrument& instrument,
                                    const std::vector<Channel>& channels) {
   std::vector<AxisColumns> columns;
-  // If the channels have no names (c1, c2, ...) and are as many as the axes, they are the axes in
-  // their order.
+  // If the source only numbers its channels (c1, c2, ...) and there is one channel for each axis,
+  // channel k is axis k.
   bool are_bare = instrument.differences.empty() && channels.size() == instrument.axes.size();
   for (std::size_t i = 0; i < channels.size(); ++i) {
     are_bare = are_bare && channels[i].name == formatted("c{}", i + 1);

@@ -276,8 +276,8 @@ class FreeSession::Engine {
     phase_ = SessionPhase::laying;
     const Eigen::Vector3d mean = dwell_.mean();
     stillness_.learn(dwell_.sd());
-    // The radius is at least half the magnitude of the reading, because before the first turn the
-    // readings have no spread.
+    // The radius is at least half the magnitude of the reading. Before the first turn all readings
+    // are about equal, so their range would give a radius near 0.
     const double radius = std::max(0.5 * (highest_ - lowest_).maxCoeff(), 0.5 * mean.norm());
     const bool is_new = std::none_of(points_.begin(), points_.end(), [&](const FreePoint& one) {
       return (one.values - mean).norm() < novel_rest_rad * radius;

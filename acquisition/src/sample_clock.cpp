@@ -82,7 +82,7 @@ double SampleClock::counted(double arrival_s) {
   }
   const double time_s = last_s_ + pace_ / rate_hz_;
   if (arrival_s == 0.0) {
-    return time_s;  // a recorded sample has no arrival time
+    return time_s;  // the sample is from a recording, which lacks arrival times
   }
   const double lag_s = arrival_s - time_s;
   if (lag_s > pace_window_s && arrival_s - last_arrival_ > pace_window_s) {

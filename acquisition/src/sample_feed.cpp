@@ -144,7 +144,7 @@ class SampleFeed::Impl {
   }
 
   // Returns the time to add to the sample times of another source [s]. If both sources are
-  // recordings with the same kind of clock, the recordings are aligned by it. Otherwise returns 0.
+  // recordings with the same kind of clock, that clock aligns the recordings. Otherwise returns 0.
   [[nodiscard]] double later_by(const SourceReader& other) const {
     const SourceReader& first = *readers_.front();
     const std::optional<double> own = other.time_at_zero();

@@ -31,7 +31,7 @@ struct SourceAddress {
   /// @return the parts of a value A,B,..
   [[nodiscard]] std::vector<std::string> names(std::string_view option) const;
 
-  /// @throws DomainError  always, with the message `ADDRESS: what`.
+  /// @throws DomainError  always. The message is the address, a colon and the text in `what`.
   [[noreturn]] void fail(const std::string& what, std::vector<Setting> settings = {}) const;
 };
 

@@ -76,7 +76,7 @@ class WebFace final : public SessionFace {
     server_->start(page_);
   }
 
-  ~WebFace() override { server_.reset(); }  // must end before page_, which it uses
+  ~WebFace() override { server_.reset(); }  // the server uses page_, so it ends first
 
   void show(const SessionView& view, const std::vector<SessionEvent>& events) override {
     const auto now = std::chrono::steady_clock::now();

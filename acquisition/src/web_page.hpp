@@ -42,7 +42,7 @@ class WebPage {
   /// rejected.
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
-  /// The state of a watching browser: the data that it has received.
+  /// The newest data that a watching browser has received.
   struct Watcher {
     std::string session;
     std::size_t event = 0;

@@ -227,7 +227,7 @@ class StreamConnection final : public WebConnection,
                       });
   }
 
-  // Sends new data, at most once per event_spacing. If there are no new data, sends a heartbeat.
+  // Sends new data, at most once per event_spacing. Without new data, sends a heartbeat.
   void pump() {
     const Clock::time_point now = Clock::now();
     if (now < sent_ + event_spacing && !shared_.stopping) {

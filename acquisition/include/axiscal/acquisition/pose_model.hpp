@@ -91,7 +91,7 @@ class PoseModel {
   [[nodiscard]] bool is_usable() const;
 
   /// Fits the model to the readings.
-  /// @return the best fit; nullopt if there are no readings, or if they do not determine the scale.
+  /// @return the best fit; nullopt if `known` is empty or does not determine the scale.
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known) const;
 
   /// Fits the model to the readings, once from each possible direction of the field.

@@ -40,7 +40,7 @@ struct SampleBatch {
   }
 };
 
-/// The state of a source's connection.
+/// Whether a source is connected.
 enum class LinkState {
   waiting,  ///< not yet connected
   open,

@@ -69,8 +69,8 @@ struct BodyOptions {
 
 /// Reads references from a table. The table has one column for each axis of the record, named AXIS
 /// or SLOT.AXIS. The attitude of a row is stated in the columns `pitch_deg` and `roll_deg`, or in
-/// the column `flat` as the name of a face. If the table lacks all three columns, the readings have
-/// no attitude; corrected_by_tare() then takes pitch and roll as 0.
+/// the column `flat` as the name of a face. If the table lacks all three columns, the attitudes are
+/// unknown; corrected_by_tare() then takes pitch and roll as 0.
 ///
 /// @throws DataError  as read_observations(), or if a row states both an attitude and a face, or
 /// neither.

@@ -84,9 +84,9 @@ class AXISCAL_EXPORT ReadingPropagation {
   /// @param noise        the uncertainties of new readings.
   /// @param factor       ReductionOptions::factor of the reducer.
   /// @param probability  coverage probability of the expanded uncertainties.
-  /// @throws DomainError  if the record states no covariance of its parameters, if it states no
-  ///                      scatter and `noise` has no sd, or if the probability is not between 0
-  ///                      and 1.
+  /// @throws DomainError  if the record lacks the covariance of its parameters, if the scatter is
+  ///                      missing in the record and the sd is missing in `noise`, or if the
+  ///                      probability is not between 0 and 1.
   ReadingPropagation(const Calibration& calibration,
                      const Reducer& reducer,
                      const ReadingNoise& noise = {},
