@@ -42,7 +42,10 @@ struct Range {
       low = 0.0;
       high = 1.0;
     }
-    const double room = high > low ? share * (high - low) : std::max(1e-12, 0.1 * std::abs(low));
+    // Values that differ only by rounding are drawn as equal: a double has no ticks between them.
+    const double size = std::max(std::abs(low), std::abs(high));
+    const bool is_constant = high - low <= 1e-12 * size;
+    const double room = is_constant ? std::max(1e-12, 0.1 * size) : share * (high - low);
     low -= room;
     high += room;
   }

@@ -75,6 +75,20 @@ TEST(CalibrationReport, AlignmentsHaveTheirTable) {
   EXPECT_THAT(page, HasSubstr(">0.21<"));
 }
 
+TEST(PlotOfEqualValues, IsDrawnAlsoIfTheyDifferByRounding) {
+  const double value = 0.25;
+  const Plot plot{
+      .id = "equal",
+      .title = "Equal values",
+      .alternative = "Two values that differ by rounding",
+      .x_label = "unit",
+      .y_label = "value",
+      .series = {{.name = "units", .x = {1.0, 2.0}, .y = {value, std::nextafter(value, 1.0)}}}};
+  const std::string figure = Figures::add(plot);
+  EXPECT_THAT(figure, HasSubstr("Equal values"));
+  EXPECT_LT(figure.size(), 10000U);
+}
+
 TEST(Cloud, IsThinnedEvenly) {
   Plot plot{.id = "cloud", .equal_aspect = true};
   PlotSeries all{.name = "all"};
