@@ -275,8 +275,8 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief,
                             SummaryEnd::fit);
     if (database) {  // the store also accepts refused records
-      database->write(stored_line(calibration_json(calibration), command.station.value_or(""),
-                                  command.batch.value_or("")));
+      database->write(stored_line(in_one_line(calibration_json(calibration)),
+                                  command.station.value_or(""), command.batch.value_or("")));
     }
     if (command.output && *command.output != "-" && may_be_stored(command, refused)) {
       const std::string path =
@@ -368,6 +368,10 @@ Unit calibrate_unit(const CalibrateCommand& command,
     unit.reason = with_options(error);
   }
   return unit;
+}
+
+bool is_good_result(std::string_view result) {
+  return result == "pass" || result == "ok" || result == "warning";
 }
 
 std::string refusal_json(const Unit& unit, const std::string& sha256) {
@@ -518,9 +522,7 @@ int run_batch(const CalibrateCommand& command,
   std::string inputs;  // SHA-256 of the input files, separated by blanks
   if (command.store) {
     database.emplace(*command.store);
-    for (const InputFileDigest& input : run.inputs) {
-      inputs += (inputs.empty() ? "" : " ") + input.sha256;
-    }
+    inputs = digests_of(run.inputs);
   }
   if (command.output == "-" || command.align || command.json) {
     throw UsageError(
@@ -566,10 +568,11 @@ int run_batch(const CalibrateCommand& command,
         write_whole_file(all->output(*command.output, unit.serial), record);
       }
       if (database) {
-        database->write(stored_line(record.empty() ? refusal_json(unit, inputs) : record,
-                                    command.station.value_or(""), command.batch.value_or("")));
+        database->write(
+            stored_line(record.empty() ? refusal_json(unit, inputs) : in_one_line(record),
+                        command.station.value_or(""), command.batch.value_or("")));
       }
-      good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
+      good += is_good_result(unit.result) ? 1U : 0U;
       text +=
           formatted("{}: {}{}\n", unit.serial.empty() ? std::string("(no serial)") : unit.serial,
                     unit.result, unit.reason.empty() ? "" : ": " + unit.reason);

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
@@ -54,6 +55,9 @@ struct Unit {
   std::vector<double> cells;  ///< value and standard uncertainty of each parameter, for the table
   std::string record;         ///< JSON of the record; empty if it is not stored
 };
+
+/// @return true if a Unit::result counts as good in a yield.
+[[nodiscard]] bool is_good_result(std::string_view result);
 
 /// Calibrates a unit. If the readings are refused, the result is "error".
 /// @param parameters  names of the parameters; if empty, receives those of the unit's record.

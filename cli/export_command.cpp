@@ -99,7 +99,9 @@ Exported exported(const ExportCommand& command) {
       state_unit(command.units, record, records.back().sensor.instrument);
     }
     if (records.size() == 1) {
-      options.digest = record_digest(read_whole_file(command.records.front()));
+      if (format == "label" && can_be_read_again(command.records.front())) {
+        options.digest = record_digest(in_one_line(read_whole_file(command.records.front())));
+      }
       return export_calibration(records.front(), format, options);
     }
     if (records.size() == 2) {

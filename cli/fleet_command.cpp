@@ -4,12 +4,10 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/limits.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -53,33 +51,25 @@ void require_one_design(const Store& store, const StoreFilter& filter, const std
 }
 
 // Returns the limits of --limits. Without this option, returns the limits in the newest record.
-std::map<std::string, std::pair<std::optional<double>, std::optional<double>>> limits_of(
-    const ReportCommand& command, const Store& store, const StoredCalibration& newest_judged) {
-  std::map<std::string, std::pair<std::optional<double>, std::optional<double>>> limits;
+std::vector<Limit> limits_of(const ReportCommand& command,
+                             const Store& store,
+                             const StoredCalibration& newest_judged) {
   if (command.limits) {
-    for (const Limit& limit : read_limits(*command.limits).limits) {
-      limits[limit.parameter] = {limit.low, limit.high};
+    return read_limits(*command.limits).limits;
+  }
+  std::vector<Limit> limits;
+  if (newest_judged.digest.empty()) {
+    return limits;
+  }
+  const auto add = [&](const StoredCalibration& one) {
+    if (one.digest == newest_judged.digest) {
+      const Calibration record = parse_calibration(one.record, one.serial);
+      for (const LimitVerdict& limit : record.findings.verdict->limits) {
+        limits.push_back({.parameter = limit.parameter, .low = limit.low, .high = limit.high});
+      }
     }
-    return limits;
-  }
-  if (newest_judged.serial.empty()) {
-    return limits;
-  }
-  store.for_each({.serial = newest_judged.serial}, StoredPart::record,
-                 [&](const StoredCalibration& one) {
-                   if (one.digest != newest_judged.digest) {
-                     return;
-                   }
-                   const auto json = nlohmann::json::parse(one.record);
-                   for (const auto& limit : json.at("verdict").at("limits")) {
-                     const auto side = [&](const char* key) {
-                       return limit.contains(key) && limit[key].is_number()
-                                  ? std::optional(limit[key].get<double>())
-                                  : std::nullopt;
-                     };
-                     limits[limit.at("parameter")] = {side("low"), side("high")};
-                   }
-                 });
+  };
+  store.for_each({.serial = newest_judged.serial}, StoredPart::record, add);
   return limits;
 }
 
@@ -111,7 +101,7 @@ int run_fleet(const ReportCommand& command) {
                    .operated_by = one.operated_by,
                    .batch = one.batch,
                    .reason = one.reason,
-                   .passed = one.passed.value_or(one.status == "ok" || one.status == "warning")};
+                   .passed = is_good(one.passed, one.status)};
     if (!one.kind.empty()) {
       fleet.kind = one.kind;
       fleet.model = one.model;
@@ -127,13 +117,10 @@ int run_fleet(const ReportCommand& command) {
       }
     }
     for (const FleetParameter& parameter : fleet.parameters) {
-      const auto found =
-          std::find_if(one.coefficients.begin(), one.coefficients.end(),
-                       [&](const StoredCoefficient& own) { return own.name == parameter.name; });
-      const bool has = found != one.coefficients.end();
-      test.values.push_back(has ? found->value : not_a_number);
-      test.u.push_back(has ? found->u : not_a_number);
-      test.u_noise.push_back(has ? found->u_noise : not_a_number);
+      const StoredCoefficient* const found = one.coefficient(parameter.name);
+      test.values.push_back(found != nullptr ? found->value : not_a_number);
+      test.u.push_back(found != nullptr ? found->u : not_a_number);
+      test.u_noise.push_back(found != nullptr ? found->u_noise : not_a_number);
     }
     fleet.tests.push_back(std::move(test));
   };
@@ -144,18 +131,14 @@ int run_fleet(const ReportCommand& command) {
     errors.model = "";
     store.for_each(errors, StoredPart::none, add);
   }
-  const auto limits = limits_of(command, store, newest_judged);
+  const std::vector<Limit> limits = limits_of(command, store, newest_judged);
   for (FleetParameter& parameter : fleet.parameters) {
-    if (const auto found = limits.find(parameter.name); found != limits.end()) {
-      std::tie(parameter.low, parameter.high) = found->second;
-    }
-  }
-  // Clears the values of tests that were added before the first test with coefficients.
-  for (FleetTest& test : fleet.tests) {
-    if (test.values.size() != fleet.parameters.size()) {
-      test.values.clear();
-      test.u.clear();
-      test.u_noise.clear();
+    const auto limit = std::find_if(limits.begin(), limits.end(), [&](const Limit& one) {
+      return one.parameter == parameter.name;
+    });
+    if (limit != limits.end()) {
+      parameter.low = limit->low;
+      parameter.high = limit->high;
     }
   }
   write_whole_file(command.output, fleet_report(fleet));

@@ -66,10 +66,18 @@ RecordTexts named_records(const std::string& text) {
   return records_in_folder(text);
 }
 
+std::string digests_of(const std::vector<InputFileDigest>& files) {
+  std::string digests;
+  for (const InputFileDigest& file : files) {
+    digests += (digests.empty() ? "" : " ") + file.sha256;
+  }
+  return digests;
+}
+
 std::string stored_line(const std::string& record,
                         const std::string& station,
                         const std::string& batch) {
-  std::string line = in_one_line(record);
+  std::string line = record;
   if (!station.empty() || !batch.empty()) {
     const nlohmann::json names = {{"station", station}, {"batch", batch}};
     std::string text = names.dump();
@@ -80,7 +88,7 @@ std::string stored_line(const std::string& record,
 }
 
 std::string record_digest(const std::string& record) {
-  std::string line = in_one_line(record);
+  std::string line = record;
   constexpr std::string_view key = "\"created\":\"";
   if (const std::size_t start = line.find(key); start != std::string::npos) {
     line.erase(start, line.find('"', start + key.size()) + 1 - start);

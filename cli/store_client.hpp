@@ -53,14 +53,20 @@ class StoreWriter {
 /// @throws DataError  if there are no such records.
 [[nodiscard]] RecordTexts named_records(const std::string& text);
 
+/// @return the SHA-256 of the files, separated by blanks.
+[[nodiscard]] std::string digests_of(const std::vector<InputFileDigest>& files);
+
 /// @return a record as a line of input for `axiscal store add -`.
+/// @param record  a record in one line, from in_one_line().
 /// @param station, batch  origin of the record; may be empty.
 [[nodiscard]] std::string stored_line(const std::string& record,
                                       const std::string& station,
                                       const std::string& batch);
 
-/// @return the SHA-256 of a record in one line, without the time at which the record was computed.
-///         The same readings and settings always give the same digest.
+/// @return the SHA-256 of a record without the time at which it was computed. It is the same for
+/// each
+///         call with the same readings and settings.
+/// @param record  a record in one line, from in_one_line().
 [[nodiscard]] std::string record_digest(const std::string& record);
 
 /// @return a JSON text without blanks and line ends, except in strings.

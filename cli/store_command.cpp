@@ -103,9 +103,7 @@ StoredCalibration calibration_of(const std::string& line, const std::string& pla
   } else if (one.status != "ok" && !calibration.findings.warnings.empty()) {
     one.reason = warning_name(calibration.findings.warnings.front().code);
   }
-  for (const InputFileDigest& input : calibration.provenance.inputs) {
-    one.inputs += (one.inputs.empty() ? "" : " ") + input.sha256;
-  }
+  one.inputs = digests_of(calibration.provenance.inputs);
   const std::vector<ParameterUncertainty> parameters = parameter_uncertainties(calibration);
   const Eigen::MatrixXd of_readings =
       parameters.empty() ? Eigen::MatrixXd() : calibration.fit.statistics->covariance_of_readings();
@@ -188,9 +186,8 @@ class Adder {
   std::chrono::steady_clock::time_point committed_ = std::chrono::steady_clock::now();
 };
 
-// Adds a file that contains one record or an array of records.
-void add_document(Adder& adder, const std::string& path) {
-  const std::string text = read_whole_file(path);
+// Adds the text of a file that contains one record or an array of records.
+void add_document(Adder& adder, const std::string& text, const std::string& path) {
   const std::optional<std::vector<std::string_view>> list = list_of_piece(text);
   if (!list) {
     adder.add(text, path);
@@ -211,15 +208,9 @@ void add_file(Adder& adder, const std::string& path) {
     return true;
   };
   if (std::filesystem::is_directory(path)) {
-    std::vector<std::string> files;
-    for (const auto& entry : std::filesystem::directory_iterator(path)) {
-      if (entry.path().extension() == ".json") {
-        files.push_back(entry.path().string());
-      }
-    }
-    std::sort(files.begin(), files.end());
-    for (const std::string& file : files) {
-      add_document(adder, file);
+    const RecordTexts files = records_in_folder(path);
+    for (std::size_t i = 0; i < files.names.size(); ++i) {
+      add_document(adder, files.text(i), files.names[i]);
     }
   } else if (path == "-") {
     for_each_line(
@@ -227,7 +218,7 @@ void add_file(Adder& adder, const std::string& path) {
   } else if (path.ends_with(".jsonl") || path.ends_with(".jsonl.zst")) {
     read_complete_lines(path, add_line);
   } else {
-    add_document(adder, path);
+    add_document(adder, read_whole_file(path), path);
   }
 }
 
@@ -305,10 +296,10 @@ int print_yield(const StoreCommand& command, const Store& store) {
   std::size_t good = 0;
   std::map<std::string, std::size_t> reasons;
   for (const StoreCount& one : store.counts(filter_of(command))) {
-    const bool is_good = one.passed.value_or(one.status == "ok" || one.status == "warning");
     all += one.count;
-    good += is_good ? one.count : 0;
-    if (!is_good) {
+    if (is_good(one.passed, one.status)) {
+      good += one.count;
+    } else {
       reasons[one.reason.empty() ? one.status : one.reason] += one.count;
     }
   }
@@ -382,12 +373,9 @@ void export_table(const Store& store, const StoreFilter& filter, const std::stri
   store.for_each(filter, StoredPart::coefficients, [&](const StoredCalibration& one) {
     std::string row = row_of(one);
     for (const std::string& name : names) {
-      const auto found =
-          std::find_if(one.coefficients.begin(), one.coefficients.end(),
-                       [&](const StoredCoefficient& own) { return own.name == name; });
-      const bool has = found != one.coefficients.end();
-      row += "," + (has ? number_text(found->value) : "") + "," +
-             (has && !std::isnan(found->expanded) ? number_text(found->expanded) : "");
+      const StoredCoefficient* const found = one.coefficient(name);
+      row += "," + (found != nullptr ? number_text(found->value) : "") + "," +
+             (found != nullptr && !std::isnan(found->expanded) ? number_text(found->expanded) : "");
     }
     file.write(row + "\n");
   });

@@ -262,11 +262,8 @@ class Stream {
   std::vector<std::string> parameters_;
 };
 
-bool is_good(std::string_view result) {
-  return result == "pass" || result == "ok" || result == "warning";
-}
-
-// Returns the result of is_good() for a unit, computed from the unit's line in an output file.
+// Returns the result of is_good_result() for a unit, computed from the unit's line in an output
+// file.
 bool is_good_line(const std::string& line) {
   if (line.starts_with('{')) {
     return line.find("\"format\":\"axiscal-refusal\"") == std::string::npos &&
@@ -275,7 +272,7 @@ bool is_good_line(const std::string& line) {
   }
   const std::vector<std::string> cells = cells_of(line);  // cells: [unit,] serial, result, ..
   return std::any_of(cells.begin(), cells.begin() + std::min<std::ptrdiff_t>(3, std::ssize(cells)),
-                     is_good);
+                     is_good_result);
 }
 
 // The units that an earlier call has finished. Their lines in the output files are kept.
@@ -456,7 +453,7 @@ int run_stream(const CalibrateCommand& given) {
   std::optional<LineFile> records;
   std::optional<LineFile> table;
   std::optional<StoreWriter> database;
-  SerialsSeen stored;  // units in the store; they are not calibrated again
+  std::optional<SerialsSeen> stored;  // units in the store; they are not calibrated again
   SerialsSeen seen;
   if (command.store) {
     if (command.resume && !command.output && !command.table) {
@@ -507,7 +504,7 @@ int run_stream(const CalibrateCommand& given) {
         require_same_unit(finished, *unit);
         continue;
       }
-      if (stored.contains(unit_key(unit->serial, sha256_of_text(unit->csv)))) {
+      if (stored && stored->contains(unit_key(unit->serial, sha256_of_text(unit->csv)))) {
         ++present;
         continue;
       }
@@ -532,7 +529,7 @@ int run_stream(const CalibrateCommand& given) {
       lines_for_store += unit.stored;
       lines += unit.record;
       rows += unit.row;
-      good += is_good(unit.result) ? 1U : 0U;
+      good += is_good_result(unit.result) ? 1U : 0U;
       ++total;
     }
     if (records) {

@@ -201,10 +201,11 @@ double largest_z(const FleetGroup& group) {
 // Returns the section on groups of units: a control chart of the groups' means, and a table.
 std::string groups_section(const Fleet& fleet,
                            const FleetUnits& units,
+                           const std::vector<Capability>& capabilities,
                            const std::string FleetTest::*member,
                            const std::string& what,
                            Figures& figures) {
-  std::vector<FleetGroup> groups = groups_of(fleet, units, member);
+  std::vector<FleetGroup> groups = groups_of(units, capabilities, member);
   if (groups.empty()) {
     return "";
   }
@@ -353,10 +354,11 @@ std::string fleet_report(const Fleet& fleet) {
       {"retests", "Retests", retests_section(units)},
       {"outliers", "Outliers", outliers_section(fleet, units)},
       {"stations", "Stations",
-       groups_section(fleet, units, &FleetTest::station, "station", figures)},
+       groups_section(fleet, units, capabilities, &FleetTest::station, "station", figures)},
       {"operators", "Operators",
-       groups_section(fleet, units, &FleetTest::operated_by, "operator", figures)},
-      {"batches", "Batches", groups_section(fleet, units, &FleetTest::batch, "batch", figures)},
+       groups_section(fleet, units, capabilities, &FleetTest::operated_by, "operator", figures)},
+      {"batches", "Batches",
+       groups_section(fleet, units, capabilities, &FleetTest::batch, "batch", figures)},
       {"charts", "Control charts", figures.add_all(charts_by_time(fleet, units, capabilities)),
        Fold::open}};
   std::string links;

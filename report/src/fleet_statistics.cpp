@@ -301,8 +301,8 @@ std::vector<Retest> retests_of(const FleetUnits& units) {
   return retests;
 }
 
-std::vector<FleetGroup> groups_of(const Fleet& fleet,
-                                  const FleetUnits& units,
+std::vector<FleetGroup> groups_of(const FleetUnits& units,
+                                  const std::vector<Capability>& capabilities,
                                   const std::string FleetTest::*member) {
   std::map<std::string, std::vector<const FleetTest*>> groups;
   for (std::size_t unit = 0; unit < units.tests.size(); ++unit) {
@@ -311,13 +311,6 @@ std::vector<FleetGroup> groups_of(const Fleet& fleet,
   if (groups.size() < 2) {
     return {};
   }
-  std::vector<double> means;
-  std::vector<double> sds;
-  for (std::size_t parameter = 0; parameter < fleet.parameters.size(); ++parameter) {
-    const Capability capability = capability_of(fleet, units, parameter);
-    means.push_back(capability.mean);
-    sds.push_back(capability.sd);
-  }
   std::vector<FleetGroup> result;
   for (const auto& [name, tests] : groups) {
     std::size_t passed = 0;
@@ -325,17 +318,17 @@ std::vector<FleetGroup> groups_of(const Fleet& fleet,
       passed += test->passed ? 1 : 0;
     }
     FleetGroup group{.name = name, .passed = share_of(passed, tests.size())};
-    for (std::size_t parameter = 0; parameter < fleet.parameters.size(); ++parameter) {
+    for (std::size_t parameter = 0; parameter < capabilities.size(); ++parameter) {
       std::vector<double> values;
       for (const FleetTest* const test : tests) {
         if (has_value(*test, parameter)) {
           values.push_back(test->values[parameter]);
         }
       }
-      group.z.push_back(values.empty()
-                            ? not_a_number
-                            : (mean_of(values) - means[parameter]) *
-                                  std::sqrt(static_cast<double>(values.size())) / sds[parameter]);
+      group.z.push_back(values.empty() ? not_a_number
+                                       : (mean_of(values) - capabilities[parameter].mean) *
+                                             std::sqrt(static_cast<double>(values.size())) /
+                                             capabilities[parameter].sd);
     }
     result.push_back(std::move(group));
   }

@@ -116,8 +116,9 @@ struct FleetGroup {
 /// Groups the units by a member of their last tests.
 /// @param member  the member: FleetTest::station, operated_by or batch.
 /// @return the groups, sorted by name; empty if there are fewer than two.
-[[nodiscard]] std::vector<FleetGroup> groups_of(const Fleet& fleet,
-                                                const FleetUnits& units,
+/// @param capabilities  of each parameter, by capability_of().
+[[nodiscard]] std::vector<FleetGroup> groups_of(const FleetUnits& units,
+                                                const std::vector<Capability>& capabilities,
                                                 const std::string FleetTest::*member);
 
 }  // namespace axiscal

@@ -127,6 +127,16 @@ struct Condition {
 
 }  // namespace
 
+const StoredCoefficient* StoredCalibration::coefficient(const std::string& wanted) const {
+  const auto found = std::find_if(coefficients.begin(), coefficients.end(),
+                                  [&](const StoredCoefficient& one) { return one.name == wanted; });
+  return found == coefficients.end() ? nullptr : &*found;
+}
+
+bool is_good(const std::optional<bool>& passed, const std::string& status) {
+  return passed.value_or(status == "ok" || status == "warning");
+}
+
 Store::Store(const std::string& address, Access access)
     : address_(without_password(address)),
       database_(is_postgresql(address) ? open_postgresql(address)

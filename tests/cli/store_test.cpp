@@ -225,6 +225,20 @@ TEST_F(StoreTest, SchemasOfOtherVersions) {
   EXPECT_EQ(store({"migrate"}).status, 3);
 }
 
+TEST_F(StoreTest, TheFleetPageHasTheLimitsOfTheNewestRecord) {
+  const std::string limits = folder_.write(
+      "limits.json", R"({"format": "axiscal-limits", "version": 1, "rule": "simple", "limits": [)"
+                     R"({"parameter": "x.bias", "low": -0.25, "high": 0.75}]})");
+  for (const char* const serial : {"A", "B", "C"}) {
+    ASSERT_EQ(calibrate(serial, "2026-03-01", {"--limits", limits}).status, 0);
+  }
+  const std::string page = folder_.path("fleet.html");
+  const ProgramResult report = axiscal({"report", "--fleet", store_, "-o", page});
+  ASSERT_EQ(report.status, 0) << report.err;
+  EXPECT_THAT(read_file(page), HasSubstr("-0.25 to 0.75"));
+  EXPECT_THAT(read_file(page), HasSubstr("3 of 3 units"));
+}
+
 TEST_F(StoreTest, DamageIsFound) {
   ASSERT_EQ(calibrate("A", "2024-03-01").status, 0);
   ASSERT_EQ(calibrate("B", "2024-03-02").status, 0);

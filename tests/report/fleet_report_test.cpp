@@ -64,11 +64,13 @@ TEST(FleetStatistics, BatchesHaveMeansOfTheirOwn) {
     fleet.tests[i].batch = i < 3 ? "a" : "b";
   }
   EXPECT_NEAR(capability_of(fleet, units_of(fleet), 0).sd_within, 1.0, 1e-12);
-  const std::vector<FleetGroup> groups = groups_of(fleet, units_of(fleet), &FleetTest::batch);
+  const FleetUnits units = units_of(fleet);
+  const std::vector<Capability> capabilities = {capability_of(fleet, units, 0)};
+  const std::vector<FleetGroup> groups = groups_of(units, capabilities, &FleetTest::batch);
   ASSERT_EQ(groups.size(), 2U);
   const double sd = std::sqrt((16.0 + 9.0 + 4.0 + 4.0 + 9.0 + 16.0) / 5.0);
   EXPECT_NEAR(groups[0].z[0], -3.0 * std::sqrt(3.0) / sd, 1e-12);
-  EXPECT_TRUE(groups_of(fleet, units_of(fleet), &FleetTest::station).empty());
+  EXPECT_TRUE(groups_of(units, capabilities, &FleetTest::station).empty());
 }
 
 TEST(FleetStatistics, SharesByWilson) {

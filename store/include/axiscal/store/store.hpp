@@ -37,6 +37,9 @@ struct StoredCalibration {
 
   /// @return the time from which the calibration is valid: `measured` if stated, else `computed`.
   [[nodiscard]] const std::string& date() const { return measured.empty() ? computed : measured; }
+
+  /// @return the coefficient with this name; null if there is none.
+  [[nodiscard]] const StoredCoefficient* coefficient(const std::string& wanted) const;
 };
 
 /// Selects calibrations. A calibration must match every member that is set.
@@ -47,6 +50,10 @@ struct StoreFilter {
 
 /// The part of a calibration that is read in addition to the members that are table columns.
 enum class StoredPart { none, coefficients, record };
+
+/// @return the verdict by limits; without limits, true if the calibration was not refused.
+/// @param passed, status  as in StoredCalibration.
+[[nodiscard]] bool is_good(const std::optional<bool>& passed, const std::string& status);
 
 /// The number of calibrations with the same kind, model, status, verdict and reason.
 struct StoreCount {
