@@ -7,15 +7,13 @@ import contextlib
 import datetime
 import json
 import os
-import re
-import warnings
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional
 
 import numpy as np
 
 from . import _axiscal
-from .arrays import log
-from .errors import CalibrationWarning, RefusedError
+from ._messages import tell
+from .errors import RefusedError
 
 
 class Output(NamedTuple):
@@ -112,14 +110,7 @@ def run(arguments: List[str], data: str = "", warns: bool = True) -> Output:
     ``warns`` is false if the record holds the warnings too; they are then told once, from there.
     """
     status, output, messages = _axiscal.run_subcommand(arguments, data)
-    for paragraph in re.split(r"\n(?!\s)", messages.strip()):
-        text = re.sub(r"\s*\n\s+", " ", paragraph)
-        if text.startswith("note: "):
-            log.info("%s", text[len("note: "):])
-        elif text.startswith("warning: ") and warns:
-            warnings.warn(CalibrationWarning(text[len("warning: "):]), stacklevel=4)
-        elif text and warns:
-            log.warning("%s", text)
+    tell(messages, warns)
     return Output(status, output, messages)
 
 

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from . import _axiscal
+from ._messages import tell
 from .errors import DomainError
 
 if TYPE_CHECKING:  # numpy.typing takes 10 ms to import
@@ -19,8 +19,6 @@ if TYPE_CHECKING:  # numpy.typing takes 10 ms to import
     Array = npt.NDArray[Any]
 else:
     Floats = Array = Any
-
-log = logging.getLogger("axiscal")
 
 #: Columns of a table of readings that are no axes.
 LABELS = (
@@ -151,8 +149,7 @@ def read_table(path: str, text: Optional[str] = None) -> Table:
     Columns of numbers are arrays of float, NaN if a cell is empty; others are arrays of str.
     """
     columns, messages = _axiscal.read_table(path, text)
-    for message in messages.splitlines():
-        log.info("%s: %s", path, message)
+    tell(messages)
     return Table({name: values if isinstance(values, np.ndarray) else np.array(values, dtype=str)
                   for name, values in columns.items()})  # fmt: skip
 

@@ -11,6 +11,7 @@ from typing import Any, Dict, List, Optional, Sequence, Union
 import numpy as np
 
 from . import _axiscal
+from ._messages import log
 from ._options import arguments_of, csv_of, files, run
 from .arrays import (
     Floats,
@@ -18,7 +19,6 @@ from .arrays import (
     column,
     finite_matrix,
     is_frame,
-    log,
     matrix,
     read_table,
     seconds_of,
