@@ -147,7 +147,7 @@ class Model {
   [[nodiscard]] GaussNewtonResult<std::shared_ptr<const Solution>> solved(
       std::shared_ptr<const Solution> start,
       const Eigen::VectorXd& sigma,
-      int most_rounds = 50) const;
+      const GaussNewtonOptions& options = {.most_rounds = 50}) const;
 
   /// Estimates the axes' variances by restricted likelihood, with the model linearised about a
   /// solution.

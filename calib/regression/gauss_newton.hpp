@@ -65,6 +65,8 @@ struct GaussNewtonOptions {
   double first_damping = 0.0;   ///< damping of the first step, for a start near a singular point
   double qr_from_below = 1e-6;  ///< after a step shorter than this, steps use QR
   double slack = 1e-12;         ///< fraction by which an accepted step may increase the cost
+  double least_decrease = 0.0;  ///< the search also ends after a step that decreases the cost by
+                                ///< less than this fraction
 };
 
 template <typename State>
@@ -105,13 +107,15 @@ template <GaussNewtonProblem Problem>
     const bool by_qr = last_length < options.qr_from_below;
     const double length_before = last_length;
     bool better = false;
+    bool decrease_is_small = false;
     for (int attempt = 0; attempt < options.most_attempts && !better; ++attempt) {
       const Eigen::VectorXd step = damped_step(linear, damping, by_qr);
       if (!step.allFinite()) {
         break;
       }
       typename Problem::State next = problem.moved(result.state, step);
-      better = problem.cost(next, linear) <= (1.0 + options.slack) * cost;
+      const double next_cost = problem.cost(next, linear);
+      better = next_cost <= (1.0 + options.slack) * cost;
       const double length = problem.length(result.state, step, linear);
       if (attempt == 0) {
         result.left_to_go = length;
@@ -120,6 +124,7 @@ template <GaussNewtonProblem Problem>
         last_length = length;
         result.state = std::move(next);
         damping = damping > no_damping_below ? damping / 10.0 : 0.0;
+        decrease_is_small = cost - next_cost < options.least_decrease * cost;
         continue;
       }
       const Eigen::VectorXd change = linear.jacobian * step;
@@ -136,8 +141,8 @@ template <GaussNewtonProblem Problem>
     // The next step is assumed to be shorter than this one by the same factor as this one is
     // shorter than the previous one.
     result.left_to_go = last_length * std::min(1.0, last_length / length_before);
-    result.converged =
-        last_length < options.settled || (by_qr && result.left_to_go < options.settled);
+    result.converged = decrease_is_small || last_length < options.settled ||
+                       (by_qr && result.left_to_go < options.settled);
   }
   return result;
 }

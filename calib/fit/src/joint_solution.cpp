@@ -132,7 +132,7 @@ std::vector<std::shared_ptr<const Solution>> few_rounds_from(
   for (int meeting = 0; meeting < meetings; ++meeting) {
     std::vector<std::shared_ptr<const Solution>> apart;
     for (const std::shared_ptr<const Solution>& state : found) {
-      std::shared_ptr<const Solution> next = model.solved(state, equal, rounds_between).state;
+      std::shared_ptr<const Solution> next = model.solved(state, equal, {.most_rounds = rounds_between}).state;
       const bool has_met = std::any_of(apart.begin(), apart.end(), [&](const auto& other) {
         return angle_between(*next, *other) < met_rad;
       });

@@ -353,15 +353,17 @@ Place Model::moved(const Solution& from, const Eigen::VectorXd& step) const {
 }
 
 GaussNewtonResult<std::shared_ptr<const Solution>> Model::solved(
-    std::shared_ptr<const Solution> start, const Eigen::VectorXd& sigma, int most_rounds) const {
+    std::shared_ptr<const Solution> start,
+    const Eigen::VectorXd& sigma,
+    const GaussNewtonOptions& options) const {
   if (is_linear() || (start->shared_count() == 0 && readings_.temperature.order == 0)) {
     return {.state = std::move(start), .rounds = 0, .left_to_go = 0.0, .converged = true};
   }
   // The cost may increase slightly: the columns d^j (S f) already fit a change of the temperature
   // scale, and the change is stored in the place by moved() only afterwards.
-  const double slack = readings_.temperature.order > 0 ? 0.01 : GaussNewtonOptions().slack;
-  return gauss_newton(ModelProblem(*this, sigma), std::move(start),
-                      {.most_rounds = most_rounds, .slack = slack});
+  GaussNewtonOptions own = options;
+  own.slack = readings_.temperature.order > 0 ? 0.01 : options.slack;
+  return gauss_newton(ModelProblem(*this, sigma), std::move(start), own);
 }
 
 std::optional<AxisNoise> Model::noise(const Solution& solution,

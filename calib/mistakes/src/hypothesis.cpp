@@ -40,7 +40,10 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   try {
     // The fit may not converge, for example if a reading has a large mistake. Its sum of squares is
     // then too large, so that a hypothesis whose fit did not converge has no advantage.
-    solution = model.solved(model.at(model.start(field_)), scale_).state;
+    solution = model
+                   .solved(model.at(model.start(field_)), scale_,
+                           {.most_rounds = 50, .least_decrease = 1e-9})
+                   .state;
   } catch (const RankDeficientError&) {
     return result;
   }

@@ -85,8 +85,11 @@ bool PositiveFactor::is_determined(double open_below) const {
 }
 
 Eigen::MatrixXd PositiveFactor::solve(const Eigen::MatrixXd& right) const {
-  return parts_->per_length.asDiagonal() *
-         parts_->cholesky.solve(parts_->per_length.asDiagonal() * right);
+  Eigen::MatrixXd solution = parts_->per_length.asDiagonal() * right;
+  for (auto column : solution.colwise()) {  // for small matrices faster than all columns at once
+    parts_->cholesky.solveInPlace(column);
+  }
+  return parts_->per_length.asDiagonal() * solution;
 }
 
 Eigen::MatrixXd PositiveFactor::inverse() const {
@@ -97,7 +100,9 @@ Eigen::MatrixXd PositiveFactor::inverse() const {
 Eigen::MatrixXd PositiveFactor::root_of_inverse() const {
   const Eigen::Index p = parts_->per_length.size();
   Eigen::MatrixXd root = Eigen::MatrixXd::Identity(p, p);
-  parts_->cholesky.matrixU().solveInPlace(root);
+  for (auto column : root.colwise()) {
+    parts_->cholesky.matrixU().solveInPlace(column);
+  }
   return parts_->per_length.asDiagonal() * root;
 }
 

@@ -12,87 +12,99 @@
 namespace axiscal {
 namespace {
 
+// The sums of all responses, as matrices with one column for each response.
+struct Sums {
+  explicit Sums(const std::vector<ResponseSums>& responses)
+      : shared(responses.front().information.cols()),
+        information(shared * shared, std::ssize(responses)),
+        gradient(shared, std::ssize(responses)),
+        squares(std::ssize(responses)),
+        degrees_of_freedom(std::ssize(responses)) {
+    for (Eigen::Index k = 0; k < squares.size(); ++k) {
+      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
+      information.col(k) = own.information.reshaped();
+      gradient.col(k) = own.gradient;
+      squares(k) = own.squares;
+      degrees_of_freedom(k) = own.degrees_of_freedom;
+    }
+  }
+
+  // Returns P_k^T P_k, D x D.
+  [[nodiscard]] auto information_of(Eigen::Index k) const {
+    return information.col(k).reshaped(shared, shared);
+  }
+
+  Eigen::Index shared;          // D
+  Eigen::MatrixXd information;  // D^2 x m
+  Eigen::MatrixXd gradient;     // D x m
+  Eigen::VectorXd squares;      // m
+  Eigen::VectorXd degrees_of_freedom;
+};
+
 // The fit at given variances. If the weighted sum of P_k^T P_k is singular, the misfit is NaN, and
 // the fit is never accepted as an improvement.
 struct AtVariances {
-  AtVariances(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& at)
-      : log_variance(at), weight((-at.array()).exp()) {
-    const auto m = static_cast<Eigen::Index>(responses.size());
-    const Eigen::Index columns = responses.front().information.cols();
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(columns, columns);
-    Eigen::VectorXd c = Eigen::VectorXd::Zero(columns);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
-      A += weight(k) * own.information;
-      c += weight(k) * own.gradient;
-    }
-    covariance = A;
-    if (columns > 0) {
-      const PositiveFactor cholesky(A);
+  AtVariances(const Sums& sums, Eigen::VectorXd at)
+      : log_variance(std::move(at)), weight((-log_variance.array()).exp()) {
+    const Eigen::Index D = sums.shared;
+    if (D > 0) {
+      const PositiveFactor factor(Eigen::MatrixXd((sums.information * weight).reshaped(D, D)));
       constexpr double open_below = 1e-13;
-      determined = cholesky.is_determined(open_below);
-      covariance = cholesky.inverse();
-      misfit = determined ? cholesky.log_determinant() : not_a_number;
+      determined = factor.is_determined(open_below);
+      root = factor.root_of_inverse();
+      misfit = determined ? factor.log_determinant() : not_a_number;
     }
-    estimate.noalias() = covariance * c;
-    degrees_of_freedom.resize(m);
-    squares.resize(m);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
-      const Eigen::VectorXd to_estimate = own.information * estimate;
-      squares(k) =
-          weight(k) *
-          std::max(own.squares - 2.0 * estimate.dot(own.gradient) + estimate.dot(to_estimate), 0.0);
-      degrees_of_freedom(k) =
-          own.degrees_of_freedom - weight(k) * covariance.cwiseProduct(own.information).sum();
-      misfit += own.degrees_of_freedom * log_variance(k) + squares(k);
+    estimate = root * (root.transpose() * (sums.gradient * weight));
+    gradients = sums.gradient;
+    for (Eigen::Index k = 0; k < weight.size(); ++k) {
+      gradients.col(k) -= sums.information_of(k) * estimate;
     }
+    // RSS_k = y^T y - z^T P^T y - z^T P^T (y - P z)
+    squares = weight.cwiseProduct(
+        (sums.squares - (sums.gradient + gradients).transpose() * estimate).cwiseMax(0.0));
+    degrees_of_freedom =
+        sums.degrees_of_freedom -
+        weight.cwiseProduct(sums.information.transpose() * covariance().reshaped());
+    misfit += sums.degrees_of_freedom.dot(log_variance) + squares.sum();
   }
+
+  // Returns the covariance of z, D x D.
+  [[nodiscard]] Eigen::MatrixXd covariance() const { return root * root.transpose(); }
 
   // Returns a step of log_variance that decreases the misfit.
   // @param lowest     lower limits of log_variance.
   // @param is_newton  receives true if the step is Newton's.
-  [[nodiscard]] Eigen::VectorXd newton_step(const std::vector<ResponseSums>& responses,
+  [[nodiscard]] Eigen::VectorXd newton_step(const Sums& sums,
                                             const Eigen::VectorXd& lowest,
                                             bool& is_newton) const {
     const auto m = log_variance.size();
     const Eigen::VectorXd gradient = degrees_of_freedom - squares;
-    // A variance at its lower limit is not changed if its step would go below the limit. It then
-    // does not affect the steps of the others.
-    const auto is_open = [&](Eigen::Index k) {
-      return log_variance(k) > lowest(k) || gradient(k) < 0.0;
-    };
-    Eigen::MatrixXd gradients(estimate.size(), m);  // P_k^T (y_k - P_k z) / sigma_k^2
+    // With R R^T = C, these are w_k R^T P_k^T P_k R and w_k R^T P_k^T (y_k - P_k z).
+    Eigen::MatrixXd information(sums.information.rows(), m);
+    const Eigen::MatrixXd residual = root.transpose() * gradients * weight.asDiagonal();
     for (Eigen::Index k = 0; k < m; ++k) {
-      const ResponseSums& own = responses[static_cast<std::size_t>(k)];
-      gradients.col(k) = weight(k) * (own.gradient - own.information * estimate);
+      information.col(k) =
+          (weight(k) * root.transpose() * sums.information_of(k) * root).reshaped();
     }
-    Eigen::MatrixXd H = Eigen::MatrixXd::Identity(m, m);
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(m);
+    Eigen::MatrixXd H =
+        -information.transpose() * information - 2.0 * residual.transpose() * residual;
+    H.diagonal() += sums.degrees_of_freedom - degrees_of_freedom + squares;
+    Eigen::VectorXd g = gradient;
     for (Eigen::Index k = 0; k < m; ++k) {
-      if (!is_open(k)) {
-        continue;
-      }
-      const Eigen::MatrixXd CA =
-          weight(k) * covariance * responses[static_cast<std::size_t>(k)].information;
-      const Eigen::MatrixXd CAC = CA * covariance;
-      const Eigen::VectorXd Cg = covariance * gradients.col(k);
-      g(k) = gradient(k);
-      H(k, k) = CA.trace() + squares(k);
-      for (Eigen::Index l = 0; l < m; ++l) {
-        if (is_open(l)) {
-          H(k, l) -=
-              weight(l) *
-                  CAC.cwiseProduct(responses[static_cast<std::size_t>(l)].information).sum() +
-              2.0 * Cg.dot(gradients.col(l));
-        }
+      // A variance at its lower limit is not changed if its step would go below the limit. It then
+      // does not affect the steps of the others.
+      if (!(log_variance(k) > lowest(k)) && !(gradient(k) < 0.0)) {
+        H.row(k).setZero();
+        H.col(k).setZero();
+        H(k, k) = 1.0;
+        g(k) = 0.0;
       }
     }
-    const PositiveFactor cholesky(H);
-    is_newton = cholesky.is_determined();
+    const PositiveFactor factor(H);
+    is_newton = factor.is_determined();
     // If the likelihood is not convex, the step goes towards sigma_k^2 = RSS_k / nu_k.
     const Eigen::VectorXd step = is_newton
-                                     ? Eigen::VectorXd(-cholesky.solve(g))
+                                     ? Eigen::VectorXd(-factor.solve(g))
                                      : Eigen::VectorXd(-g.cwiseQuotient(squares.cwiseMax(1.0)));
     constexpr double longest_step = 2.0;
     return step * std::min(1.0, longest_step / std::max(step.cwiseAbs().maxCoeff(), 1e-300));
@@ -105,7 +117,8 @@ struct AtVariances {
   Eigen::VectorXd degrees_of_freedom;  // nu, m
   Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m
   Eigen::VectorXd estimate;            // z, D
-  Eigen::MatrixXd covariance;          // covariance of z, D x D
+  Eigen::MatrixXd gradients;           // P_k^T (y_k - P_k z), D x m
+  Eigen::MatrixXd root;                // R, D x D: R R^T is the covariance of z
 };
 
 // Fits responses without shared coefficients. The variance of each response is its mean square.
@@ -123,25 +136,22 @@ SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorX
   return fit;
 }
 
-std::optional<AtVariances> least_misfit(const std::vector<ResponseSums>& responses,
+std::optional<AtVariances> least_misfit(const Sums& sums,
                                         const Eigen::VectorXd& start,
                                         const Eigen::VectorXd& smallest) {
   const Eigen::VectorXd lowest = smallest.array().log();
-  AtVariances best(responses, start.array().log().max(lowest.array()).matrix());
+  AtVariances best(sums, start.array().log().max(lowest.array()));
   if (!best.determined) {
     return std::nullopt;
   }
-  double readings = 0.0;
-  for (const ResponseSums& response : responses) {
-    readings += response.degrees_of_freedom;
-  }
+  const double readings = sums.degrees_of_freedom.sum();
   constexpr int most_rounds = 100;
   for (int round = 0; round < most_rounds; ++round) {
     bool is_newton = false;
-    Eigen::VectorXd step = best.newton_step(responses, lowest, is_newton);
+    Eigen::VectorXd step = best.newton_step(sums, lowest, is_newton);
     bool better = false;
     for (int halving = 0; halving < 30 && !better; ++halving) {
-      AtVariances next(responses, (best.log_variance + step).cwiseMax(lowest));
+      AtVariances next(sums, (best.log_variance + step).cwiseMax(lowest));
       // Rounding of the likelihood must not stop the last steps.
       better = next.misfit <= best.misfit + 1e-13 * (readings + std::abs(best.misfit));
       if (better) {
@@ -152,7 +162,7 @@ std::optional<AtVariances> least_misfit(const std::vector<ResponseSums>& respons
       }
     }
     // The remaining error of Newton's step is approximately its square.
-    const double still = is_newton ? 1e-8 : 1e-13;
+    const double still = is_newton ? 1e-6 : 1e-13;
     if (!better || step.cwiseAbs().maxCoeff() < still) {
       break;
     }
@@ -172,14 +182,14 @@ std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
   if (responses.front().information.cols() == 0 && fewest > 0.0) {
     return apart(responses, smallest);
   }
-  const std::optional<AtVariances> best = least_misfit(responses, start, smallest);
+  const std::optional<AtVariances> best = least_misfit(Sums(responses), start, smallest);
   if (!best) {
     return std::nullopt;
   }
   return SharedFit{.variance = best->log_variance.array().exp(),
                    .degrees_of_freedom = best->degrees_of_freedom,
                    .estimate = best->estimate,
-                   .covariance = best->covariance};
+                   .covariance = best->covariance()};
 }
 
 }  // namespace axiscal

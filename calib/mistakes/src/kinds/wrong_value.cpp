@@ -44,15 +44,13 @@ void try_value(const SuspectRun& run,
     return;
   }
   const auto row = static_cast<Eigen::Index>(i);
-  // If the run has many readings, a value is fitted only if its distance from the prediction by the
-  // other readings is at most half the distance of the stated value.
-  if (run.count() > SuspectRun::each_is_fitted) {
-    const ReadingSet one = one_reading(run.set(), i);
-    const Eigen::VectorXd stated = run.set().response.row(row);
-    if (distance_squared(run, one, without, value) >
-        0.25 * distance_squared(run, one, without, stated)) {
-      return;
-    }
+  // A value is fitted only if its distance from the prediction by the other readings is at most half
+  // the distance of the stated value.
+  const ReadingSet one = one_reading(run.set(), i);
+  const Eigen::VectorXd stated = run.set().response.row(row);
+  if (distance_squared(run, one, without, value) >
+      0.25 * distance_squared(run, one, without, stated)) {
+    return;
   }
   ReadingSet set = run.set();
   set.response.row(row) = value;
