@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmarks of one calibration: Eigen's QR, the regression core, and the whole call of
-// calibrate().
+// Benchmarks of one calibration: QR decomposition by Eigen, the regression of the library, and a
+// whole call of calibrate().
 #include <Eigen/QR>
 #include <benchmark/benchmark.h>
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulates how often seeded mistakes are detected and named, and how often good runs are called
-// bad, for the table in docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]].
-// With a third argument only the runs with moved readings are simulated.
+// Simulates calibrations with one deliberate mistake each. Counts how often the mistake is detected
+// and how often it is named, and how often runs without a mistake are reported as wrong. The table
+// in docs/accuracy.md shows the results.
+// Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]]. A third argument omits run_mistakes().
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +24,7 @@ struct Case {
   std::optional<axiscal::Method> method;
   bool stated_ratio = false;
   int replicates = 1;  // replicates of the 12 positions
-  bool moved = false;  // moves one reading by `sigmas`, in a random direction
+  bool moved = false;  // true: one reading is moved by `sigmas` in a random direction
 };
 
 const Eigen::Vector3d unequal(1.0, 1.0, 3.0);
@@ -66,7 +67,7 @@ void run(const Case& one, int trials, std::uint64_t seed) {
   std::fflush(stdout);
 }
 
-// Mistakes of the user in runs of 12 readings.
+// Simulates mistakes of the user in runs of 12 readings.
 void run_mistakes(int trials, std::uint64_t seed) {
   run({}, trials, seed);
   run({.ratio = unequal}, trials, seed);
@@ -89,7 +90,7 @@ void run_mistakes(int trials, std::uint64_t seed) {
   }
 }
 
-// One moved reading in runs of 12 to 96 readings, with different noise of the axes.
+// Simulates one moved reading in runs of 12 to 96 readings. The axes have equal or different noise.
 void run_moved_readings(int trials, std::uint64_t seed) {
   for (const int replicates : {1, 2, 4, 8}) {
     for (const Eigen::Vector3d& ratio :

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmarks of the whole calibration of an IMU, and of reading a log. If the environment variable
-// AXISCAL_XSENS is the path of imu_tk's recording xsens_acc_gyro.csv, the calibration uses this
-// recording, for comparison with imu_tk_stand_in.cpp. Otherwise it uses a simulated recording.
+// Benchmarks of the whole calibration of an IMU, and of reading a log. The calibration uses a
+// simulated recording. For comparison with imu_tk_stand_in.cpp, the environment variable
+// AXISCAL_XSENS may state the path of imu_tk's recording xsens_acc_gyro.csv.
 #include <cstdlib>
 #include <filesystem>
 
@@ -55,8 +55,8 @@ void calibrate_imu(benchmark::State& state) {
 }
 BENCHMARK(calibrate_imu)->Unit(benchmark::kMillisecond);
 
-// Calibrates with one stated threshold, the one that imu_tk chooses: six times the variance of the
-// first 50 s.
+// Calibrates with only one threshold. It is the threshold that imu_tk selects: six times the
+// variance of the first 50 s.
 void calibrate_imu_at_one_threshold(benchmark::State& state) {
   axiscal::ImuOptions options = recording().options;
   options.segment.columns = options.accelerometer;
@@ -69,8 +69,8 @@ void calibrate_imu_at_one_threshold(benchmark::State& state) {
 }
 BENCHMARK(calibrate_imu_at_one_threshold)->Unit(benchmark::kMillisecond);
 
-// Reads a file in blocks and reports bytes per second. The environment variable AXISCAL_CSV states
-// its path.
+// Reads a file in blocks, and reports bytes per second. The environment variable AXISCAL_CSV states
+// the path of the file.
 void ingest_csv(benchmark::State& state) {
   const char* const path = std::getenv("AXISCAL_CSV");
   if (path == nullptr) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaces imu_tk in comparisons of speed: it makes the same steps with the same tools (Ceres,
-// automatic differentiation).
+// A program that takes the place of imu_tk in comparisons of speed. It performs the same steps with
+// the same tools (Ceres, automatic differentiation).
 //
 //   g++ -O2 -std=c++20 -I/usr/include/eigen3 imu_tk_stand_in.cpp -o imu_tk_stand_in -lceres -lglog
 //   taskset -c 0 ./imu_tk_stand_in xsens_acc_gyro.csv [rounds]
@@ -9,9 +9,9 @@
 // E. Menegatti, "A Robust and Easy to Implement Method for IMU Calibration without External
 // Equipments", ICRA 2014, 3042-3049.
 //
-// The slow parts of imu_tk are kept: it computes the variance again for each threshold, copies the
-// whole recording for each gyroscope residual, and multiplies 4x4 matrices of Jets at every step of
-// the integration.
+// The slow parts of imu_tk are kept: the variance is computed again for each threshold, the whole
+// recording is copied for each gyroscope residual, and 4x4 matrices of Jets (Ceres's numbers with
+// derivatives) are multiplied at every step of the integration.
 #include <algorithm>
 #include <array>
 #include <ceres/ceres.h>
@@ -33,19 +33,19 @@ namespace {
 
 using Parameters = std::array<double, 9>;
 
-constexpr double gravity = 9.81744;      // [m/s^2] at the authors' site
-constexpr double initial_rest_s = 50.0;  // the record starts with a long rest
+constexpr double gravity = 9.81744;      // [m/s^2], at the site of imu_tk's authors
+constexpr double initial_rest_s = 50.0;  // duration of the rest with which the recording begins
 constexpr std::size_t window = 101;      // samples in the window of the sliding variance
 constexpr std::size_t samples_per_interval = 100;
-// The thresholds are k times the variance of the initial rest, with k from here to last_multiplier.
+// A threshold is k times the variance of the initial rest, with k from first_multiplier to
+// last_multiplier.
 constexpr int first_multiplier = 2;
 constexpr int last_multiplier = 10;
-// The authors' starting values: misalignments, scales [unit per count], accelerometer biases
-// [counts].
+// Start values of imu_tk's authors: misalignments, scales [unit per count], biases [counts].
 constexpr Parameters accelerometer_start = {0, 0, 0, 1, 1, 1, 32768, 32768, 32768};
 constexpr Parameters gyroscope_start = {0, 0, 0, 0, 0, 0, 1 / 6258., 1 / 6258., 1 / 6258.};
 
-/// The readings of three axes at one time.
+/// The reading of three axes at one time.
 template <typename T>
 struct Sample {
   double time_s = 0.0;
@@ -53,7 +53,7 @@ struct Sample {
 };
 using Samples = std::vector<Sample<double>>;
 
-/// Samples first..last, both included.
+/// The samples from `first` to `last`, both included.
 struct Interval {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -105,8 +105,8 @@ Eigen::Vector3d variance(const Samples& samples, const Interval& interval) {
   return sum / static_cast<double>(interval.size() - 1);
 }
 
-/// The first `initial_rest_s` seconds, including the sample at the end. This choice reproduces
-/// imu_tk's results.
+/// Returns the first `initial_rest_s` seconds. The sample at the end is included, because imu_tk's
+/// results are reproduced only with it.
 Interval initial_interval(const Samples& samples) {
   const double end_s = samples.front().time_s + initial_rest_s;
   std::size_t last = 0;
@@ -116,8 +116,9 @@ Interval initial_interval(const Samples& samples) {
   return {0, last};
 }
 
-/// Intervals of at least `samples_per_interval` samples. In each interval, the norm of the three
-/// axes' sliding variances is below `threshold` at every sample.
+/// Returns the intervals of at least `samples_per_interval` samples in which the instrument is at
+/// rest. At every sample of an interval, the norm of the sliding variances of the three axes is
+/// below `threshold`.
 Intervals static_intervals(const Samples& samples, double threshold) {
   constexpr std::size_t half = window / 2;
   Intervals intervals;
@@ -135,7 +136,8 @@ Intervals static_intervals(const Samples& samples, double threshold) {
 
 // ---- Sensor model: calibrated = T K (raw - b) ----
 
-/// T K, T = [1 -yz zy; xz 1 -zx; -xy yx 1].
+/// Returns the product T K with T = [1 -yz zy; xz 1 -zx; -xy yx 1] and the diagonal matrix K of the
+/// scales.
 template <typename T>
 Eigen::Matrix3<T> model_matrix(const std::array<T, 6>& misalignment, const T* scale) {
   const auto& [yz, zy, xz, zx, xy, yx] = misalignment;
@@ -146,8 +148,9 @@ Eigen::Matrix3<T> model_matrix(const std::array<T, 6>& misalignment, const T* sc
   return skew * diagonal;
 }
 
-/// Parameters: yz, zy, zx; three scales; three biases. The calibrated frame has the sensor's x axis
-/// and xy plane.
+/// Returns the calibrated specific force.
+/// @param p  parameters: yz, zy, zx; three scales; three biases. In the calibrated frame, x is the
+///           sensor's axis x, and the plane xy is that of its axes x and y.
 template <typename T>
 Eigen::Vector3<T> calibrated_accelerometer(const T* p, const Eigen::Vector3d& raw) {
   const Eigen::Matrix3<T> matrix =
@@ -168,7 +171,7 @@ struct MagnitudeResidual {
 };
 
 struct Fit {
-  double cost = 0.0;  // half the sum of squares, Ceres's convention
+  double cost = 0.0;  // half the sum of squared residuals (convention of Ceres)
   Parameters parameters{};
 };
 
@@ -201,7 +204,8 @@ Fit fit_accelerometer(const Samples& samples, const Intervals& rests) {
 
 // ---- Gyroscope ----
 
-/// The matrix of dq/dt = matrix * q, for a rate in the rotating frame.
+/// Returns the matrix A of the differential equation dq/dt = A q of a quaternion q.
+/// @param w  angular rate in the rotating frame.
 template <typename T>
 Eigen::Matrix4<T> rate_matrix(const Eigen::Vector3<T>& w) {
   Eigen::Matrix4<T> matrix;
@@ -212,7 +216,7 @@ Eigen::Matrix4<T> rate_matrix(const Eigen::Vector3<T>& w) {
   return matrix * T(0.5);
 }
 
-/// One Runge-Kutta step of fourth order. The rate is linear between both ends of the step.
+/// Performs one Runge-Kutta step of fourth order. The rate is linear between the ends of the step.
 template <typename T>
 Eigen::Vector4<T> rk4_step(const Eigen::Vector4<T>& q, const Sample<T>& a, const Sample<T>& b) {
   const T step(b.time_s - a.time_s);
@@ -227,12 +231,12 @@ Eigen::Vector4<T> rk4_step(const Eigen::Vector4<T>& q, const Sample<T>& a, const
   return next / next.norm();
 }
 
-/// The residual of a motion: gravity's direction before the motion, rotated by the integrated
-/// rates, minus gravity's direction after the motion.
+/// The residual of a motion. It is the direction of gravity before the motion, rotated by the
+/// integrated rates, minus the direction of gravity after the motion.
 struct MotionResidual {
   Eigen::Vector3d versor_before;
   Eigen::Vector3d versor_after;
-  Samples record;  // rates with the bias subtracted; each residual has its own copy, as in imu_tk
+  Samples record;  // rates minus bias; each residual has its own copy, because imu_tk copies them
   Interval motion;
 
   template <typename T>
@@ -269,8 +273,8 @@ Fit fit_gyroscope(const Record& record, const Intervals& rests, const Parameters
   Fit fit{.parameters = gyroscope_start};
   ceres::Problem problem;
   for (std::size_t i = 0; i + 1 < rests.size(); ++i) {
-    // A motion lasts from the last sample of a rest to the sample before the next rest. This choice
-    // reproduces imu_tk's results.
+    // A motion lasts from the last sample of a rest to the sample before the next rest. imu_tk's
+    // results are reproduced only with these limits.
     const Interval motion{rests[i].last, rests[i + 1].first - 1};
     auto* cost = new ceres::AutoDiffCostFunction<MotionResidual, 3, 9>(
         new MotionResidual{versors[i], versors[i + 1], rates, motion});
@@ -288,7 +292,7 @@ struct Milliseconds {
   double detection = 0.0;
   double accelerometer = 0.0;
   double gyroscope = 0.0;
-  double calibrating = 0.0;  // detection, accelerometer and gyroscope together
+  double calibrating = 0.0;  // sum of detection, accelerometer and gyroscope
 };
 
 struct Result {
@@ -328,8 +332,8 @@ Result calibrate(const Record& record) {
   return best;
 }
 
-/// Prints the results next to the published results of imu_tk.
-/// @return true if all differ by at most half a unit of the last published digit.
+/// Prints the results beside the published results of imu_tk.
+/// @return true if every result agrees to half a unit of the last published digit.
 bool agrees_with_imu_tk(const Result& result) {
   bool equal = true;
   const auto compare = [&equal](const char* name, double value, double imu_tk, double last_digit) {

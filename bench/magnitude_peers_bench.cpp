@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peers for goal 5 (README.md): the magnitude-only fit by Ceres, with analytic and with
-// automatic derivatives. Both use the same readings and the same start. Their results are compared
-// with fit_magnitude() before they are timed.
+// Programs to compare with goal 5 of bench/README.md, the fit to the magnitude only. They use Ceres
+// with analytic and with automatic derivatives, with the same readings and the same start. Their
+// results are compared with fit_magnitude() before the timing.
 #include <ceres/ceres.h>
 #include <cmath>
 #include <cstdio>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr int count = magnitude_reading_count;
 
-// |A (v - b)| - 1. The parameters are b and the upper triangle of A, row by row. The field has
-// length 1.
+// The residuals |A (v - b)| - 1 of the readings v in a field of magnitude 1. The parameters are b
+// and the upper triangle of A, row by row.
 struct Deviations {
   const Eigen::MatrixX3d* v;
 
@@ -97,8 +97,8 @@ Ellipsoid by_ceres(ceres::CostFunction* deviations) {
 void compare(const Ellipsoid& found) {
   const axiscal::MagnitudeFit fit =
       axiscal::fit_magnitude(magnitude_readings(), 1.0, axiscal::MagnitudeShape::triangular);
-  // fit_magnitude() weights each reading by the noise of its |f|, and Ceres does not. The
-  // tolerances allow for these weights.
+  // fit_magnitude() weights each reading by the noise of its magnitude, but Ceres does not. The
+  // tolerances allow for this difference.
   const double rss = fit.residual_sd * fit.residual_sd * fit.degrees_of_freedom;
   if (std::abs(found.rss / rss - 1.0) > 1e-3 ||
       std::abs(found.parameters[0] - fit.response.bias(0)) > 1e-4) {

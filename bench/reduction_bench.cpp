@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmarks of the reduction of one reading to components, residual and angles.
+// Benchmarks of the conversion of one reading to field components, residual and angles.
 #include <cmath>
 
 #include <Eigen/LU>
@@ -31,7 +31,7 @@ void reduce(benchmark::State& state, const char* kind) {
 BENCHMARK_CAPTURE(reduce, components, "generic");
 BENCHMARK_CAPTURE(reduce, components_and_angles, "accelerometer");
 
-// The lower limit of the time: plain code that computes only components and residual.
+// Gives a lower limit of the time: plain code that computes only the components and the residual.
 void plain_components(benchmark::State& state) {
   const axiscal::Calibration calibration = calibration_of("generic");
   const Eigen::Matrix3d S = calibration.sensor.response.sensitivity;

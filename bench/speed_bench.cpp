@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmarks for the goals of speed (README.md), with product and peers in one program. Results of
-// product and peer are compared before they are timed. The environment variable
-// AXISCAL_BENCH_SAMPLES states the number of samples (default: a million; full size: ten million).
+// Benchmarks for the speed goals in bench/README.md. The library and other code for comparison (the
+// peers) are in one program. Their results are compared before they are timed. The environment
+// variable AXISCAL_BENCH_SAMPLES states the number of samples (default: one million; in
+// bench/README.md: ten million).
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -93,7 +94,7 @@ void count_rows(benchmark::State& state) {
                                               benchmark::Counter::kIsIterationInvariantRate);
 }
 
-// ---- 1: apply ----
+// ---- Goal 1: application of a calibration to many readings ----
 
 void memcpy_3_columns(benchmark::State& state) {
   static_cast<void>(readings());
@@ -108,7 +109,7 @@ void memcpy_3_columns(benchmark::State& state) {
 }
 BENCHMARK(memcpy_3_columns)->Unit(benchmark::kMillisecond);
 
-// Moves 64 bytes for each row, as apply_with_angles does, which reads 24 bytes and writes 40.
+// Copies as many bytes as apply_with_angles: 64 bytes per row, of which it reads 24 and writes 40.
 void memcpy_4_columns(benchmark::State& state) {
   static_cast<void>(readings());
   static_cast<void>(results());
@@ -171,9 +172,9 @@ void apply_with_angles_libm(benchmark::State& state) {
 }
 BENCHMARK(apply_with_angles_libm)->Unit(benchmark::kMillisecond);
 
-// ---- 2: one design again and again ----
+// ---- Goal 2: many fits with the same design ----
 
-constexpr Eigen::Index units = 256;  // units per iteration; their readings fit into the cache
+constexpr Eigen::Index units = 256;  // instruments per iteration; their readings fit the cache
 
 Eigen::Matrix<double, 12, 4> design_of_12() {
   Eigen::Matrix<double, 12, 4> X = Eigen::Matrix<double, 12, 4>::Zero();
@@ -184,9 +185,9 @@ Eigen::Matrix<double, 12, 4> design_of_12() {
   return X;
 }
 
-// Returns the readings of three axes of all units in 12 positions: a matrix of (3 * units) x 12
-// that is stored by columns. fit_repeatedly() reads the same memory as a matrix of 12 x (3 * units)
-// that is stored by rows.
+// Returns the readings of three axes of all units in 12 positions, as a (3 * units) x 12 matrix in
+// column-major order. fit_repeatedly() reads the same memory as a 12 x (3 * units) matrix in
+// row-major order.
 const Eigen::MatrixXd& responses() {
   static const Eigen::MatrixXd all = [] {
     axiscal::RandomStream random(2);
@@ -234,7 +235,7 @@ void fit_same_design_256_units(benchmark::State& state) {
 }
 BENCHMARK(fit_same_design_256_units);
 
-// ---- 3: Monte Carlo ----
+// ---- Goal 3: Monte Carlo simulation ----
 
 axiscal::RegressionTrials trials_of_12() {
   axiscal::RegressionTrials trials{.at = axiscal::repeated_design(design_of_12()), .responses = 3};
@@ -255,7 +256,7 @@ void monte_carlo_4096(benchmark::State& state) {
 }
 BENCHMARK(monte_carlo_4096)->Unit(benchmark::kMicrosecond);
 
-// The peer: std::normal_distribution and a fixed pseudo-inverse.
+// Code for comparison: std::normal_distribution and a fixed pseudo-inverse.
 void monte_carlo_4096_std_normal(benchmark::State& state) {
   const Eigen::Matrix<double, 12, 4> X = design_of_12();
   const Eigen::Matrix<double, 4, 12> P = X.completeOrthogonalDecomposition().pseudoInverse();
@@ -279,7 +280,7 @@ void monte_carlo_4096_std_normal(benchmark::State& state) {
 }
 BENCHMARK(monte_carlo_4096_std_normal)->Unit(benchmark::kMicrosecond);
 
-// ---- 5: magnitude only ----
+// ---- Goal 5: fit to the magnitude only ----
 
 void magnitude_fit_200(benchmark::State& state) {
   for (auto _ : state) {
@@ -290,7 +291,7 @@ void magnitude_fit_200(benchmark::State& state) {
 }
 BENCHMARK(magnitude_fit_200)->Unit(benchmark::kMicrosecond);
 
-// ---- 6: static detection ----
+// ---- Goal 6: detection of rests ----
 
 void sliding_variance_101(benchmark::State& state) {
   const std::array<std::span<const double>, 3> columns = {readings()[0], readings()[1],
@@ -304,7 +305,7 @@ void sliding_variance_101(benchmark::State& state) {
 }
 BENCHMARK(sliding_variance_101)->Unit(benchmark::kMillisecond);
 
-// The peer: running sums in plain code.
+// Code for comparison: running sums in plain code.
 void sliding_variance_101_running_sums(benchmark::State& state) {
   std::vector<double> joined(samples() - 100);
   for (auto _ : state) {
@@ -332,7 +333,8 @@ void sliding_variance_101_running_sums(benchmark::State& state) {
 }
 BENCHMARK(sliding_variance_101_running_sums)->Unit(benchmark::kMillisecond);
 
-// The whole detector: all thresholds, intervals with means, scatter, correlation and drift.
+// Times the whole detector: all thresholds, and intervals with their means, scatter, correlation
+// and drift.
 void static_detector_101(benchmark::State& state) {
   constexpr std::size_t block = 16384;
   const std::vector<char> whole(block, 0);
@@ -355,7 +357,7 @@ void static_detector_101(benchmark::State& state) {
 }
 BENCHMARK(static_detector_101)->Unit(benchmark::kMillisecond);
 
-// ---- 7: Allan deviation ----
+// ---- Goal 7: Allan deviation ----
 
 void allan_octaves(benchmark::State& state) {
   const std::vector<std::size_t> lengths = axiscal::octave_lengths(samples());

@@ -80,7 +80,8 @@ bool is_simulated(const AcquireCommand& command) {
   return !command.sources.empty() && command.sources.front().starts_with("sim:");
 }
 
-// The default slots of an assembly; empty if it has no default.
+// Returns the default names of the slots (the places of the instruments) of an assembly. The list
+// is empty if the assembly has no default names.
 std::vector<std::string> usual_slots(const std::string& assembly) {
   if (assembly.starts_with("h")) {
     return {"L", "R"};
@@ -89,8 +90,8 @@ std::vector<std::string> usual_slots(const std::string& assembly) {
                               : std::vector<std::string>();
 }
 
-// The slots of a session's instruments: those of --slot A,B,..; without that option, the default
-// slots of the assembly.
+// Returns the slots of the session's instruments. They are stated by --slot A,B,..; without that
+// option they are the default slots of the assembly.
 std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
   std::vector<std::string> slots;
   if (options.slot) {
@@ -155,7 +156,8 @@ std::vector<RunSheetRow> sheet_for(const AcquireCommand& command) {
   return command.plan ? read_sheet_file(*command.plan) : make_sheet(command.sheet);
 }
 
-// Applies --noise: the standard deviation of a sample, or a file that `axiscal noise --json` wrote.
+// Applies the option --noise. Its value is the standard deviation of a sample, or the name of a
+// file that `axiscal noise --json` wrote.
 void set_noise(const AcquireCommand& command, const Instrument& instrument, SessionSetup& setup) {
   if (!command.noise) {
     return;
@@ -183,7 +185,6 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
   setup.dwell_s = std::clamp(dwell_s, setup.shortest_dwell_s, setup.longest_dwell_s);
 }
 
-// Applies --window and --dwell.
 void set_stillness(const AcquireCommand& command, SessionSetup& setup) {
   if (command.window) {
     setup.stillness.window_s = parse_positive("--window", *command.window);
@@ -224,7 +225,8 @@ SessionSetup session_setup(const AcquireCommand& command,
   return setup;
 }
 
-// Makes the setup of a session with --free from the setup of a session with a cube.
+// Converts the setup of a session with a cube to the setup of a session with --free, in which the
+// instrument is turned by hand.
 FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   FreeSetup setup{.experiment = of.experiment, .stillness = of.stillness};
   const std::string& kind = of.experiment.instrument.kind;
@@ -239,7 +241,7 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   if (command.manual || command.plan || command.raw) {
     throw UsageError("acquire: --free cannot be combined with --plan, --manual or --raw");
   }
-  // A hand that moves an accelerometer disturbs it, so only rests become readings.
+  // The motion of the hand disturbs an accelerometer, so only rests become readings.
   setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
   setup.dwell_s = of.dwell_s.value_or(setup.dwell_s);
   if (command.enough_deg) {
@@ -251,14 +253,14 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
 
 constexpr std::string_view slot_place = "{slot}";
 
-// Returns the file name for one instrument: replaces {slot} in the path by the slot.
+// Returns the path with {slot} replaced by the name of the slot.
 std::string of_slot(std::string path, const std::string& slot) {
   const std::size_t at = path.find(slot_place);
   return at == std::string::npos ? path : path.replace(at, slot_place.size(), slot);
 }
 
-// The output files of a session, named after its journal. If there are several instruments, the
-// names of record and report contain {slot}.
+// The names of the output files of a session. By default they all begin with the same name. If
+// there are several instruments, the names of record and report contain {slot}.
 struct Outputs {
   std::string journal;
   std::string observations;
@@ -272,7 +274,8 @@ Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>
   const std::string many = slots.empty() ? "" : "-{slot}";
   for (const std::optional<std::string>& file :
        {command.record, command.output, command.report, command.journal}) {
-    const bool is_own = file == command.record || file == command.report;  // one file per slot
+    // Record and report have one file per slot.
+    const bool is_own = file == command.record || file == command.report;
     const bool has_slot = file && file->find(slot_place) != std::string::npos;
     if (file && file->find('{') != std::string::npos && (slots.empty() || !is_own || !has_slot)) {
       throw UsageError(formatted(
@@ -337,7 +340,8 @@ std::string typed_again(const std::vector<std::string>& arguments) {
   return joined(quoted, " ");
 }
 
-// True if a source from an untrusted journal can be opened safely: standard input or a simulation.
+// Returns true if it is safe to open a source that an untrusted journal names. Only standard input
+// and simulations are safe.
 bool is_harmless(const std::string& source) {
   return source == "-" || source.starts_with("-?") || source.starts_with("stdin:") ||
          source.starts_with("sim:");
@@ -375,8 +379,8 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
       typed_again({journal}), typed_connections(sources)));
 }
 
-// Returns the command that started a journal, changed by the options of this call. Output files are
-// written next to the journal, unless the options of this call state other places.
+// Returns the command that started a journal. Options of this call take precedence. The output
+// files are placed next to the journal, unless the options of this call name other files.
 AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& header) {
   AcquireCommand command = parse_acquire_command(header.arguments, *now.resume);
   command.resume = now.resume;
@@ -418,7 +422,7 @@ std::string title_of(const SessionSetup& setup) {
                    instrument.kind, instrument.serial.empty() ? "" : " " + instrument.serial);
 }
 
-// The port of --port, from 1 to 65535; 0 if the option is missing.
+// Returns the port of --port (1 to 65535), or 0 without this option.
 int port_of(const AcquireCommand& command) {
   constexpr int highest = 65535;
   const int port = command.port ? parse_whole_number("--port", *command.port, 1) : 0;
@@ -428,7 +432,8 @@ int port_of(const AcquireCommand& command) {
   return port;
 }
 
-// Prints the address of the page. The fingerprint identifies the session's self-signed certificate.
+// Prints the address of the web page.
+// @param fingerprint  fingerprint of the session's self-signed certificate; empty if there is none.
 void announce_page(const std::string& url, const std::string& fingerprint) {
   if (fingerprint.empty()) {
     std::fprintf(stderr, "open in a browser: %s\n", url.c_str());
@@ -451,8 +456,8 @@ std::unique_ptr<SessionFace> web_face_of(const WebOptions& options) {
   }
 }
 
-// The user interfaces of a session: full screen on a terminal, otherwise lines of text, and the web
-// page if it is requested.
+// Makes the user interfaces of a session. There is a full-screen interface if a terminal is
+// present, otherwise lines of text. The web page is added if an option requests it.
 std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& command,
                                                      const SessionSetup& setup) {
   std::vector<std::unique_ptr<SessionFace>> faces;
@@ -586,8 +591,8 @@ void print_result(const AcquireCommand& command,
                   summary(calibration, SummaryDetail::brief, SummaryEnd::fit), outputs.observations,
                   outputs.record, outputs.report, outputs.journal, typed_again({outputs.record}),
                   typed_again({outputs.record})));
-    // The command is printed only if no option names an output file. Otherwise these files exist
-    // now, and the same command would be refused.
+    // The command is printed only if no option names an output file. If an option names one, that
+    // file now exists, so the same command would be refused.
     if (!command.name && !command.journal && !command.output && !command.record &&
         !command.report && !command.resume) {
       print_result_text(formatted("again: axiscal {}\n", typed_again(command.arguments)));
@@ -598,7 +603,8 @@ void print_result(const AcquireCommand& command,
   }
 }
 
-// Checks the output files before a session starts, because at its end an error would be too late.
+// Checks the output files before the session starts, because an error at its end would lose the
+// session.
 void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots) {
   std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
   std::vector<std::string> all = {outputs.observations};
@@ -734,7 +740,8 @@ class Guided {
     return again;
   }
 
-  // Stores the results when the review of a session begins, because the user may never answer it.
+  // Writes the output files at the start of the review at the end of a session, because the user
+  // may never finish that review.
   static void store_at_review(const SessionSetup& setup,
                               const LiveSession& session,
                               const Outputs& outputs) {
@@ -746,14 +753,15 @@ class Guided {
     try {
       static_cast<void>(write_files(setup, session, outputs));
     } catch (const Error&) {
-      // write_files() at the end of the session reports this error.
+      // write_files() runs again at the end of the session and then reports this error.
     }
     for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
       allow_rewriting(*path);
     }
   }
 
-  // Returns the output files of the session with this number, for example NAME-2.json.
+  // Returns the output files of a further session. Its number is added to the names, for example
+  // NAME-2.json.
   static Outputs numbered(const Outputs& first, int number) {
     const auto name = [number](const std::string& path) {
       const std::filesystem::path whole(path);

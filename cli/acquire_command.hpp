@@ -12,8 +12,8 @@ namespace axiscal::cli {
 /// Opens the sources of --connect. @throws UsageError  if the option is missing or invalid.
 [[nodiscard]] std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command);
 
-/// Runs `acquire --check`: tests an installed live instrument for drift, until there are enough
-/// readings for a verdict.
+/// Runs `acquire --check`: tests whether a live instrument has drifted. It takes readings of the
+/// installed instrument until they suffice for a verdict.
 [[nodiscard]] int run_health_check(const AcquireCommand& command);
 
 }  // namespace axiscal::cli

@@ -8,8 +8,9 @@
 
 namespace axiscal::cli {
 
-/// Replaces the adjusters and the thread pitch of a table by --adjusters and --thread-pitch.
-/// @throws UsageError  if adjusters are missing, or cannot level a table.
+/// Replaces the adjusters of a table (its levelling screws) and their thread pitch by the values of
+/// --adjusters and --thread-pitch.
+/// @throws UsageError  if the adjusters are missing, or cannot level a table.
 void set_adjusters(const std::optional<std::string>& adjusters,
                    const std::optional<std::string>& thread_pitch,
                    Surface& surface);

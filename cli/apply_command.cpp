@@ -29,7 +29,7 @@ namespace {
 struct ApplyCommand {
   std::string record;
   std::string readings;
-  std::vector<std::string> more;  // further arguments: more records, then the log
+  std::vector<std::string> more;  // arguments after the first two: more records, then the log
   std::string output = "-";
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
   std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
@@ -121,8 +121,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
                    "use a refused record, or an impossible magnitude of the field");
 }
 
-// Returns the conversion of the record's field to the unit of the results and to the site of the
-// readings.
+// Returns the conversion of the field from the record's unit and site to the unit of the results
+// and the site of the readings.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
   FieldAtReadings there;
   if (command.field_magnitude) {
@@ -189,7 +189,9 @@ Reducer make_reducer(const std::string& record,
   }
 }
 
-// Returns the record, rotated to the frame of the model in which the sensor is mounted.
+// Rotates the calibration to the frame of the model (body) in which the sensor is mounted.
+// @param record  file name of the calibration.
+// @param body    file name of the rotation from the sensor to the model.
 Calibration in_body(const std::string& record, const std::string& body, Calibration calibration) {
   const BodyRotation rotation = read_body_rotation(body);
   const std::string own = sha256_of_file(record);
@@ -206,7 +208,7 @@ Calibration in_body(const std::string& record, const std::string& body, Calibrat
   }
 }
 
-// Returns the record, rotated to the frame of the results (--frame or --body).
+// Rotates the calibration to the frame of the results, which --frame or --body states.
 Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration) {
   const std::string frame = command.frame.value_or("assembly");
   if (frame != "assembly" && frame != "sensor") {
@@ -223,7 +225,8 @@ Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration
   return frame == "sensor" ? calibration : in_assembly_frame(std::move(calibration));
 }
 
-// The record of --attitude, rotated to the frame of the results; nullopt without this option.
+// Returns the calibration in the record of --attitude, rotated to the frame of the results; nullopt
+// without this option.
 std::optional<Calibration> attitude_of(const ApplyCommand& command,
                                        const Calibration& calibration) {
   if (!command.attitude) {
@@ -241,7 +244,7 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
   }
   Calibration attitude = in_assembly_frame(read_unrefused(*command.attitude, command.force));
   if (command.frame.value_or("assembly") == "sensor") {
-    // Rotates the attitude to the sensor frame of the first instrument.
+    // Rotates the second calibration to the sensor frame of the first instrument.
     attitude.sensor.rotation_sensor_from_assembly =
         calibration.sensor.rotation_sensor_from_assembly
             ? std::optional<Eigen::Matrix3d>(
@@ -309,7 +312,8 @@ void put_propagation(const std::string& record,
   }
 }
 
-// The second instrument of a model, whose angle to the first is computed.
+// The second instrument of a model, from --joint. The angle between the two instruments is
+// computed.
 struct Joint {
   Joint(const ApplyCommand& command,
         const FieldConversion& conversion,
@@ -355,7 +359,7 @@ struct Joint {
   JointColumns columns;
 };
 
-// Corrects a log by several records.
+// Corrects the readings of a log by several records.
 int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
       command.joint || command.body || command.json || command.output.ends_with(".npy")) {
@@ -387,7 +391,7 @@ int run_one(const ApplyCommand& command) {
         "--temperature-column: only one column can be named with --follow; temperatures of single "
         "axes are read from the columns AXIS_temperature");
   }
-  if (command.follow) {  // rows are processed one by one, without reading ahead
+  if (command.follow) {  // rows are processed as they arrive, without reading ahead
     followed.emplace(command.readings);
     table.csv = std::make_unique<CsvReader>(
         [&](char* buffer, std::size_t size) { return followed->read(buffer, size); },
@@ -454,8 +458,9 @@ int run_one(const ApplyCommand& command) {
   } else if (command.alarm) {
     throw UsageError("--alarm: requires --joint");
   }
-  // Endless output is written directly to the output file, because a temporary file would never be
-  // renamed. Opening the output file empties it, so all options have been checked before.
+  // The output of --follow never ends, so a temporary file would never be renamed. It is therefore
+  // written directly to the output file. Opening that file empties it, so all options are checked
+  // before.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const std::vector<ReadingColumn> columns = columns_in(csv, calibration);

@@ -24,7 +24,7 @@
 namespace axiscal::cli {
 namespace {
 
-// A record, and the columns of the log that contain the readings of its sensor.
+// A record, and the columns of the log with the readings of the record's instrument.
 struct Corrected {
   Calibration calibration;
   Reducer reducer;

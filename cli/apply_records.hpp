@@ -8,10 +8,11 @@
 
 namespace axiscal::cli {
 
-/// Corrects the sensors of a log by their records. Writes a table with the time and the field of
-/// each sensor in the unit of its record. The columns have the names that they have in the log.
+/// Corrects the readings of the sensors in a log. Writes a table with the time and the corrected
+/// field of each sensor, in the field's unit of the record. The columns keep the names that they
+/// have in the log.
 ///
-/// @param records  files of records of three-axis instruments, at most one per kind of instrument.
+/// @param records  files of records of three-axis instruments, at most one record per kind.
 /// @param log      a log of any format; - is standard input.
 /// @param output   a CSV file; - is standard output.
 /// @param force    true if refused records may be used.

@@ -51,7 +51,7 @@ struct Asked {
   std::optional<double> temperature;
 };
 
-// The output as text and as JSON.
+// The output of the command, as text and as JSON.
 struct Shown {
   std::string text;
   Json json;
@@ -104,8 +104,8 @@ std::vector<std::string> sources_of(const Calibration& calibration) {
   return names;
 }
 
-// Shows each source: its type, its distribution, the input's standard uncertainty and the largest
-// sensitivity coefficient.
+// Shows the sources of uncertainty. For each source it shows the type, the distribution, the
+// standard uncertainty of the input and the largest sensitivity coefficient.
 void show_sources(const Calibration& calibration, Shown& shown) {
   if (!calibration.fit.uncertainty) {
     return;
@@ -120,8 +120,8 @@ void show_sources(const Calibration& calibration, Shown& shown) {
                  {"input_unit", source.input_unit}};
     shown.text += formatted("  {:<18} type {}, {}", source.name, source.type, source.distribution);
     if (source.covariance.size() > 0 && source.input_u > 0.0) {
-      // A sensitivity coefficient is the contribution to u, divided by the standard uncertainty of
-      // the input.
+      // The sensitivity coefficient of a parameter is the source's contribution to the parameter's
+      // standard uncertainty, divided by the standard uncertainty of the input.
       const Eigen::VectorXd c = source.covariance.diagonal().cwiseSqrt() / source.input_u;
       json["sensitivity_coefficients"] = json_from(c);
       shown.text += formatted(", u {:.3g} {}, sensitivity coefficients up to {:.3g}",
@@ -219,8 +219,8 @@ void show_monte_carlo(const Calibration& calibration,
   }
 }
 
-// Shows the expanded uncertainties of pitch and roll over all attitudes. If pitch is near +-90
-// degrees, it shows yaw instead of roll.
+// Shows the expanded uncertainties of pitch and roll for a grid of attitudes. If pitch is near +-90
+// degrees, it shows the uncertainty of yaw instead of roll.
 void show_map(const Calibration& calibration, const Asked& asked, double step_deg, Shown& shown) {
   std::string pitch_text = "\nU (95 %) of pitch [deg]; rows: pitch, columns: roll\n";
   std::string roll_text = "\nU (95 %) of roll, or of yaw near +-90 degrees of pitch [deg]\n";

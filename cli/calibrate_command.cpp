@@ -130,8 +130,8 @@ constexpr std::string_view serial_place = "{serial}";
 constexpr std::string_view file_place = "{file}";
 constexpr std::string_view instance_place = "{instance}";
 
-// Replaces the placeholder `place` in `path` by `name`, if `path` contains it.
-// @param how  the options and columns that can state the name, for the message.
+// Replaces the placeholder `place` in `path` by `name`.
+// @param how  text for the message: the options and columns that can state the name.
 void put_name(std::string& path,
               const std::string& pattern,
               std::string_view place,
@@ -183,7 +183,7 @@ void check_output(const std::string& output, const Experiment& experiment, const
   }
 }
 
-// The records as JSON: one object, or an array of objects if there are several slots.
+// Returns the records as JSON. One record is an object; several records are an array of objects.
 std::string records_text(const std::vector<Calibration>& calibrations) {
   if (calibrations.size() == 1) {
     return calibration_json(calibrations.front());
@@ -197,8 +197,10 @@ std::string records_text(const std::vector<Calibration>& calibrations) {
   return text + "]\n";
 }
 
-// Rotates the calibration to the frame of `companion`, an instrument that was recorded at the same
-// time.
+// Rotates the calibration to the frame of another instrument that was recorded at the same time.
+// @param record        file name of the other instrument's record, for messages.
+// @param companion     calibration of the other instrument.
+// @param companions    readings of the other instrument.
 void align(const std::string& record,
            const Calibration& companion,
            const Observations& own,
@@ -216,7 +218,7 @@ void align(const std::string& record,
   }
 }
 
-// The verdict of a unit in one line, for a factory's log.
+// Returns the verdict on an instrument in one line, for the log of a factory.
 std::string verdict_line(const Calibration& calibration) {
   const Verdict& verdict = *calibration.findings.verdict;
   const std::string& serial = calibration.sensor.instrument.serial;
@@ -237,11 +239,11 @@ void apply_limits(const std::optional<Limits>& limits, std::vector<Calibration>&
   }
 }
 
-// The outcome for the records of a run, or of one unit.
+// The outcome of a calibration, for all records of a run.
 struct Outcome {
   bool refused = false;
   bool stored_refused = false;
-  bool failed = false;        // a limit is not met, or a reading is not confirmed
+  bool failed = false;        // true if a limit is not met, or a reading is not confirmed
   std::string refused_slots;  // "refused"; if records have slots, "refused: slot A, B"
   std::string text;
 };
@@ -250,7 +252,7 @@ bool is_refused(const Calibration& calibration) {
   return calibration.findings.status == CalibrationStatus::refused;
 }
 
-// True if a record may be stored. Refused records are stored only with --force.
+// Returns true if a record may be written to a file. A refused record is written only with --force.
 bool may_be_stored(const CalibrateCommand& command, bool refused) {
   return !refused || command.force;
 }
@@ -274,7 +276,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     outcome.text += outcome.text.empty() ? "" : "\n";
     outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief,
                             SummaryEnd::fit);
-    if (database) {  // the store also accepts refused records
+    if (database) {  // unlike an output file, the store always accepts refused records
       database->write(stored_line(in_one_line(calibration_json(calibration)),
                                   command.station.value_or(""), command.batch.value_or("")));
     }
@@ -293,7 +295,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
   return outcome;
 }
 
-// The scatter of the earlier records of the unit in this run; nullopt without --history.
+// Returns the scatter of the earlier records of the same instrument; nullopt without --history.
 std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
                                          const std::vector<Calibration>& earlier,
                                          const Experiment& experiment,
@@ -337,7 +339,7 @@ void describe_unit(const CalibrateCommand& command,
   if ((command.output && may_be_stored(command, refused)) || command.store) {
     try {
       unit.record = calibration_json(calibration);
-    } catch (const DomainError& error) {  // the record could not be read back
+    } catch (const DomainError& error) {  // the record would be unreadable
       unit.result = "error";
       unit.reason = error.what();
     }
@@ -400,23 +402,23 @@ std::string table_row(const Unit& unit, std::size_t parameters) {
 
 namespace {
 
-// The results of several units that one thread calibrates one after another.
+// The results of several instruments (units), which one thread calibrates in sequence.
 struct UnitsAtOnce {
   std::vector<Unit> units;
   std::vector<std::string> parameters;  // names of the first unit's parameters
 };
 
-// The units of a batch.
+// The instruments (units) of a batch.
 struct Batch {
-  UnitsOfRun units;                            // names: serial numbers, or with --each file names
-  std::map<std::string, std::string> serials;  // serial numbers of units named after their files
+  UnitsOfRun units;                            // named by serial or, with --each, by file
+  std::map<std::string, std::string> serials;  // serials of units named after files
 
   [[nodiscard]] const std::string& serial(const std::string& name) const {
     const auto found = serials.find(name);
     return found == serials.end() ? name : found->second;
   }
 
-  // The file of the record of a unit.
+  // Returns the file name of the record of a unit.
   [[nodiscard]] std::string output(const std::string& pattern, const std::string& name) const {
     return output_for(pattern, "", serial(name), 0, name);
   }
@@ -460,7 +462,7 @@ void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, U
                           unit.reason.empty() ? "" : "; ", unit.reason);
 }
 
-// The batch as a table: a row for each unit.
+// Returns the results of a batch as a CSV table with one row per unit.
 std::string table_of(const std::vector<Unit>& units, const std::vector<std::string>& parameters) {
   std::string text = table_header(parameters);
   for (const Unit& unit : units) {
@@ -469,7 +471,8 @@ std::string table_of(const std::vector<Unit>& units, const std::vector<std::stri
   return text;
 }
 
-// True if each unit of a batch gets its own output file.
+// Returns true if the name of the output file contains a placeholder that differs from unit to
+// unit.
 bool has_place_of_unit(const CalibrateCommand& command) {
   return command.output &&
          (command.output->find(serial_place) != std::string::npos ||
@@ -502,8 +505,8 @@ void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   }
 }
 
-// Calibrates many units. Prints the yield, and for each unit a line with its result and the reason
-// of a failure.
+// Calibrates many instruments (units). Prints one line per unit with its result and the reason of a
+// failure, then the yield.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
               Run run,
@@ -537,8 +540,8 @@ int run_batch(const CalibrateCommand& command,
                                  .serials = std::move(serials)});
   check_outputs(command, *all);
   const std::size_t usual = all->units.usual_readings();
-  // Records are written in order as soon as they are made, because thousands of records would fill
-  // the memory.
+  // Each record is written as soon as it is made, because thousands of records would fill the
+  // memory. The order of the records is that of the units.
   constexpr std::size_t at_once = 16;
   std::size_t begin = 0;
   const auto next = [&]() -> std::optional<std::function<UnitsAtOnce()>> {
@@ -563,7 +566,7 @@ int run_batch(const CalibrateCommand& command,
     }
     for (Unit& unit : piece.units) {
       mark_short_unit(*all, usual, units.size(), unit);
-      const std::string record = std::move(unit.record);  // the memory is freed after each unit
+      const std::string record = std::move(unit.record);  // moved to free the memory early
       if (!record.empty() && command.output && may_be_stored(command, unit.result == "refused")) {
         write_whole_file(all->output(*command.output, unit.serial), record);
       }
@@ -599,7 +602,7 @@ int deliver_records(const CalibrateCommand& command,
                     const std::string& heading) {
   Outcome outcome = store(command, calibrations);
   outcome.text.insert(0, heading);
-  const bool prints_summary = !is_quiet() || !command.output;  // without -o it is the only result
+  const bool prints_summary = !is_quiet() || !command.output;  // the only result without -o
   if (command.output == "-" && may_be_stored(command, outcome.refused)) {
     write_whole_file("-", records_text(calibrations));
     outcome.stored_refused = true;
@@ -631,11 +634,11 @@ int deliver_records(const CalibrateCommand& command,
 
 namespace {
 
-// The columns of a table that contain readings, with their instrument and unit.
+// The columns of a table that contain the readings, and the sensor to which they belong.
 struct AxesOfTable {
-  std::string axes;  // "ax,ay,az"; empty: x, y, z
+  std::string axes;  // for example "ax,ay,az"; empty: the names x, y, z
   std::optional<LogSensor> sensor;
-  std::string words;  // message: how axes and instrument were recognised
+  std::string words;  // note for the user: how the axes and the instrument were recognised
 };
 
 AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& options) {
@@ -655,7 +658,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
     return found;
   }
   // If the table has labels of poses, all its other columns of numbers are axes. If it has no
-  // labels, but three unnamed columns, these are the axes.
+  // labels, but exactly three unnamed columns, these are the axes.
   std::vector<std::string> header;
   for (const NamedColumn& one : text.columns()) {
     header.push_back(one.name);
@@ -666,7 +669,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
                             return is_label_of_pose(name);
                           });
   std::vector<std::string> axes;
-  // If only some of x, y and z exist, the reader reports the missing columns.
+  // If the table has only some of x, y and z, the reader reports the missing columns.
   const bool has_some = has("x") || has("y") || has("z");
   for (std::size_t c = 0; c < header.size() && has_labels && !has_some; ++c) {
     const std::vector<double>& values = text.first_rows()[c];
@@ -688,7 +691,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
   return found;
 }
 
-// Sets the kind of field if a column of the table states the size of a known field.
+// Sets the kind of field if the table has a column with the magnitude of a known field.
 void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   for (const NamedColumn& one : text.columns()) {
     const std::string name = to_lower_case(one.name);
@@ -707,8 +710,8 @@ void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   }
 }
 
-// True for a recording of an instrument that was turned by hand. Its poses are unknown, so only the
-// magnitude of the field can be used.
+// Returns true if the readings were taken by turning the instrument by hand. The poses are then
+// unknown, so only the magnitude of the field can be used.
 bool by_magnitude(const ExperimentOptions& options) {
   return options.method == "magnitude";
 }
@@ -774,7 +777,8 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
   return options;
 }
 
-// Returns the first line of a file or device that is not empty, for example of a barcode scanner.
+// Returns the first line that is not empty. The file may be a device, for example a barcode
+// scanner.
 std::string scanned_serial(const std::string& path) {
   std::string serial;
   InputFile file(path);
@@ -872,8 +876,8 @@ int run(const CalibrateCommand& command) {
       (!experiment.fit.method || method_kind(*experiment.fit.method).by_magnitude);
   const bool is_of_rests = may_be_samples && gather_rests(experiment.instrument.kind, run);
   if (is_of_rests) {
-    // With rests in many attitudes, the errors of the model exceed the noise of the means, so all
-    // rests get equal weights.
+    // In many attitudes, the errors of the sensor's model exceed the noise of a rest's mean
+    // reading, so all rests get equal weights.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
   }
   if (is_of_rests && !experiment.fit.method && experiment.instrument.kind == "accelerometer" &&

@@ -20,18 +20,18 @@ struct CalibrateCommand {
   RestOptions rests;
   std::optional<std::string> accelerometer_unit, gyroscope_unit, magnetometer_unit,
       magnetic_magnitude, known_accelerometer;
-  std::optional<std::string> only;  ///< slots of a log whose records are stored
+  std::optional<std::string> only;  ///< slots (sensors) whose records are stored; nullopt: all
   bool cube = false;
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table, calibrated;
-  std::optional<std::string> align;        ///< record of an instrument in the same recording
-  std::optional<std::string> body, tare;   ///< for method attitude: earlier rotation and tare
-  std::optional<std::string> shard;        ///< with `stream`: part I/N of the units
-  std::optional<std::string> serial_from;  ///< file whose first line is the serial
+  std::optional<std::string> align;        ///< record of a second instrument in the same file
+  std::optional<std::string> body, tare;   ///< for method attitude: earlier rotation, tare readings
+  std::optional<std::string> shard;        ///< for --stream: part I of N parts of the units
+  std::optional<std::string> serial_from;  ///< file whose first line is the serial number
   std::optional<std::string> store, station, batch;  ///< where records are stored, and their origin
-  bool stream = false;                               ///< calibrate many units; one line per unit
-  bool resume = false;  ///< with `stream`: keep complete lines of existing outputs
+  bool stream = false;                               ///< one output line for each instrument
+  bool resume = false;  ///< for --stream: keep the complete lines of existing outputs
   bool each = false;    ///< make one record per file or serial number
   bool json = false;
   bool force = false;
@@ -39,28 +39,29 @@ struct CalibrateCommand {
   bool all = false;
 };
 
-/// Writes the records of `calibrate` to the files of the options, and prints tables and remarks.
+/// Writes the records to the files that the options name. Prints tables and remarks.
 ///
 /// @param heading  text printed before the tables.
-/// @return the exit status: 1 if a record was refused or failed its limits, otherwise 0.
+/// @return the exit status: 1 if a record was refused or does not meet its limits, otherwise 0.
 [[nodiscard]] int deliver_records(const CalibrateCommand& command,
                                   const std::vector<Calibration>& calibrations,
                                   const std::string& heading = "");
 
-/// The result of one of several units.
+/// The result for one of several instruments (units) that are calibrated by one call.
 struct Unit {
   std::string serial;
   std::string result;  ///< "pass", "fail", "ok", "warning", "refused", "error"
   std::string reason;
-  std::vector<double> cells;  ///< value and standard uncertainty of each parameter, for the table
+  std::vector<double> cells;  ///< for a table: value, then u, of each parameter
   std::string record;         ///< JSON of the record; empty if it is not stored
 };
 
-/// @return true if a Unit::result counts as good in a yield.
+/// @return true if an instrument with this Unit::result counts as good in the yield.
 [[nodiscard]] bool is_good_result(std::string_view result);
 
-/// Calibrates a unit. If the readings are refused, the result is "error".
-/// @param parameters  names of the parameters; if empty, receives those of the unit's record.
+/// Calibrates one instrument (unit). If its readings cannot be calibrated, Unit::result is "error".
+/// @param parameters  names of the parameters, for the header of a table. If the list is empty, it
+///                    receives the names from this unit's record.
 [[nodiscard]] Unit calibrate_unit(const CalibrateCommand& command,
                                   const Experiment& experiment,
                                   const Run& run,
@@ -69,11 +70,11 @@ struct Unit {
                                   const std::vector<Calibration>& earlier,
                                   std::vector<std::string>& parameters);
 
-/// @return the JSON line for a unit without a record: {"format": "axiscal-refusal", ..}.
-/// @param sha256  digest of the unit's readings.
+/// @return the line of JSON for an instrument without a record: {"format": "axiscal-refusal", ..}.
+/// @param sha256  digest of the instrument's readings.
 [[nodiscard]] std::string refusal_json(const Unit& unit, const std::string& sha256);
 
-/// The header line, and the line of one unit, in a table of units.
+/// The header line, and the line for one instrument, of a table in CSV.
 [[nodiscard]] std::string table_header(const std::vector<std::string>& parameters);
 [[nodiscard]] std::string table_row(const Unit& unit, std::size_t parameters);
 

@@ -61,7 +61,8 @@ struct ReferenceFiles {
   std::string slot;  // slot in the column names; empty: the slot of the record
 };
 
-// Splits OBS.csv:SLOT into file name and slot, unless a file with the name `OBS.csv:SLOT` exists.
+// Splits the argument OBS.csv:SLOT into file name and slot. If a file is named `OBS.csv:SLOT`, the
+// argument is not split.
 void part_slot(ReferenceFiles& files) {
   const std::size_t parting = files.observations.rfind(':');
   std::error_code none;
@@ -85,7 +86,7 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
   return files;
 }
 
-// Returns the readings of one instrument from a table of this instrument or of several slots.
+// Returns the readings of one instrument. The table may contain the readings of several slots.
 Observations own_readings(const Run& table, const std::string& slot, const ReferenceFiles& files) {
   if (table.slots.empty()) {
     return table.observations;
@@ -202,7 +203,7 @@ std::string text_of(const Characterization& result) {
   }
   for (const std::string& note : cube.description().notes) {
     if (std::find(result.warnings.begin(), result.warnings.end(), note) != result.warnings.end()) {
-      continue;  // a warning reports this
+      continue;  // the text of the warnings already contains this note
     }
     text += formatted("\n{}\n", wrapped(note, 80));
   }
@@ -246,7 +247,8 @@ std::string json_of(const Characterization& result) {
   return json_text(json);
 }
 
-// Returns the content of the positioner file, including record and readings of each reference.
+// Returns the content of the positioner file. It names the record and the readings of each
+// reference.
 std::string positioner_text(const Characterization& result,
                             const std::vector<Reference>& references,
                             const std::vector<ReferenceFiles>& files) {

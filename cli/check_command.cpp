@@ -71,7 +71,7 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
   return list;
 }
 
-// Returns a remark if the record was made from these readings. Such readings always agree with the
+// Returns a remark if the record was made from the same readings. They always agree with the
 // record, so they cannot show a change.
 std::string own_text(bool own) {
   return own ? "The record was made from these readings, so their agreement proves nothing. Take "
@@ -234,7 +234,7 @@ double alpha_of(const CheckCommand& command) {
 struct FreshReadings {
   Experiment experiment;
   Run run;
-  std::optional<double> temperature;  // mean of the readings
+  std::optional<double> temperature;  // mean of the readings; nullopt if unknown
 };
 
 std::optional<double> mean_temperature(const Observations& observations) {
@@ -258,13 +258,14 @@ Positioner positioner_of(const Positioner& positioner, const Calibration& old) {
         .rotation_sensor_from_positioner = *old.sensor.rotation_sensor_from_assembly}});
 }
 
-// Reads new readings of the record's instrument, converted to the record's reference temperature.
+// Reads new readings of the record's instrument. Converts them to the record's reference
+// temperature.
 FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   ExperimentOptions options = command.experiment;
   options.files = {*command.other};
   ExperimentFile without_method = make_experiment_file(options, experiment_of(old));
   FreshReadings fresh{.experiment = without_method.experiment};
-  without_method.experiment.fit.method.reset();  // the method depends on the labels of the readings
+  without_method.experiment.fit.method.reset();  // the labels of the new readings decide the method
   fresh.run =
       read_run(without_method, Units::one,
                {.options = command.table,
@@ -286,7 +287,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
   if (!method_kind(old.fit.method).fits_sensitivity) {
     // The readings are converted to the reference temperature, so temperature terms are not needed.
-    // The temperatures are set because method bias requires them.
+    // Each reading still needs a temperature, because method bias requires one.
     for (Reading& reading : fresh.run.observations.readings) {
       reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
     }
@@ -306,7 +307,7 @@ Calibration calibration_of(const CheckCommand& command,
                                   readings.run.slots),
                     old);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
-  for (Calibration& calibration : calibrations) {  // `check` prints another note on such biases
+  for (Calibration& calibration : calibrations) {  // `check` has its own note on this
     std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
       return warning.code == WarningCode::field_in_bias;
     });
@@ -321,7 +322,8 @@ Calibration calibration_of(const CheckCommand& command,
   }
   print_remarks({fresh});
   if (old.sensor.temperature && method_kind(old.fit.method).fits_sensitivity) {
-    fresh.sensor.temperature = old.sensor.temperature;  // converted to the same temperature
+    // The new readings were converted to this reference temperature.
+    fresh.sensor.temperature = old.sensor.temperature;
   }
   return fresh;
 }
@@ -331,7 +333,7 @@ bool is_body_rotation(const std::string& path) {
          read_whole_file(path).find("\"axiscal-rotation\"") != std::string::npos;
 }
 
-// Reports whether a sensor has moved in its model since its rotation was calibrated.
+// Reports whether a sensor has moved in its model (body) since the calibration of its rotation.
 int compare_bodies(const CheckCommand& command, double alpha) {
   const BodyChange change =
       compare_rotations(read_body_rotation(command.record), read_body_rotation(*command.other));
@@ -359,14 +361,14 @@ void print_notes(const DriftCheck& check) {
   }
 }
 
-// True if each labelled reading can be compared with the record's prediction.
+// Returns true if each reading has a label and can be compared with the record's prediction.
 bool can_be_predicted(const Run& run, const Calibration& old) {
   return run.slots.empty() && run.observations.readings.front().point &&
          run.observations.has_fence && old.sensor.field.parts.empty() &&
          method_kind(old.fit.method).fits_sensitivity && gives_field(old);
 }
 
-// True if there are labelled readings, but fewer than the 12 of a complete design.
+// Returns true if the readings have labels, but are fewer than the 12 of a complete design.
 bool is_few(const Run& run, const Calibration& old) {
   constexpr Eigen::Index whole_design = 12;
   return can_be_predicted(run, old) && run.observations.size() < whole_design;

@@ -14,7 +14,8 @@
 namespace axiscal::cli {
 namespace {
 
-// Returns the columns of the three axes, "acc_x,acc_y,acc_z"; empty if the table lacks one of them.
+// Returns the columns of the three axes, for example "acc_x,acc_y,acc_z". The result is empty if
+// the table lacks one of them.
 // @param first  name of the column of axis x.
 // @param place  index of the letter x in `first`.
 std::string three_columns(const std::vector<std::string>& columns,

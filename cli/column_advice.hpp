@@ -8,19 +8,18 @@
 
 namespace axiscal::cli {
 
-/// Appends the line of the file, with a mark under the cell, to a message
-/// `PATH:LINE: column 'x': ...`.
-/// @return the extended message; the unchanged message if it has another form, or if the file
-///         cannot be read again.
+/// Adds the line of the file to a message `PATH:LINE: column 'x': ...`, and marks the cell in it.
+/// @return the extended message. If the message has another form, or the file cannot be read again,
+///         it is returned unchanged.
 [[nodiscard]] std::string with_marked_cell(const std::string& message);
 
 /// Looks for three columns whose names differ only in a letter x, y, z. Columns whose names contain
 /// `word` are preferred.
 /// @param error   error with the names of the missing column and of the existing columns.
-/// @param option  name of the option that states the columns: "--axes".
-/// @param word    part that the names of the instrument's columns usually contain: "acc"; may be
+/// @param option  name of the option that states the columns, for example "--axes".
+/// @param word    word that the names of the columns usually contain, for example "acc"; may be
 ///                empty.
-/// @return "; try --axes acc_x,acc_y,acc_z"; empty if there are no such columns.
+/// @return a text such as "; try --axes acc_x,acc_y,acc_z"; empty if there are no such columns.
 [[nodiscard]] std::string column_advice(const MissingColumnError& error,
                                         std::string_view option,
                                         std::string_view word);

@@ -34,7 +34,7 @@ CLI::Option* find_option(CLI::App& app, const std::string& argument) {
 
 constexpr std::string_view instrument_option = "--instrument";
 
-// The FILE.json of `--instrument FILE.json`, if that option is at this index; otherwise nullopt.
+// Returns FILE.json if the argument at this index is `--instrument FILE.json`; otherwise nullopt.
 std::optional<std::string> instrument_file(const std::vector<std::string>& arguments,
                                            std::size_t at) {
   const std::string& argument = arguments[at];
@@ -76,8 +76,8 @@ std::vector<std::string> all_names(const Subcommand& subcommand,
   return names;
 }
 
-// Joins each option and its value to one argument, because values may start with a minus sign.
-// Refuses unknown options.
+// Joins each option and its value to one argument (--option=value), because a value may start with
+// a minus sign. Refuses unknown options.
 std::vector<std::string> with_joined_values(CLI::App& app,
                                             const Subcommand& subcommand,
                                             const std::vector<std::string>& arguments) {
@@ -87,8 +87,8 @@ std::vector<std::string> with_joined_values(CLI::App& app,
     if (argument.starts_with("--") && argument.size() > 2) {
       const CLI::Option* option = find_option(app, argument);
       if (const std::optional<std::string> file = instrument_file(arguments, i)) {
-        // Every subcommand accepts a kind file, because a record can be read only if its kind is
-        // known.
+        // Every subcommand accepts the definition of an instrument kind, because a record can be
+        // read only if its kind is known.
         const std::string_view kind = add_instrument_kind_file(*file).name;
         i += argument == instrument_option ? 1U : 0U;
         if (option != nullptr) {
@@ -203,7 +203,7 @@ ProgramDefinition definition_of(const CLI::App& app) {
   return program;
 }
 
-// An action that prints a text, for example help or the version.
+// Returns an action that prints a text, for example the help or the version.
 Action show(std::string text) {
   return [text = std::move(text)] {
     write_whole_file("-", text);
@@ -211,7 +211,8 @@ Action show(std::string text) {
   };
 }
 
-// The action of `--generate KIND`: prints the manual page, a completion or the page of options.
+// Returns the action of `--generate KIND`, which prints the manual page, a completion or the page
+// of options.
 Action generate(const CLI::App& app, const std::vector<std::string>& arguments) {
   const std::string text =
       arguments.size() == 2 ? generated(definition_of(app), arguments[1]) : std::string();
@@ -230,7 +231,7 @@ std::vector<std::string> with_help_as_option(std::vector<std::string> arguments)
   return arguments;
 }
 
-// True if a word may be a request for help: `--help`, `--help-all`, `-h`.
+// Returns true if a word may be a request for help: `--help`, `--help-all`, `-h`.
 bool asks_for_help(std::string_view word) {
   return word.starts_with("--help") || (word.starts_with('-') && !word.starts_with("--") &&
                                         word.find('h') != std::string_view::npos);

@@ -9,7 +9,8 @@
 
 namespace axiscal::cli {
 
-/// @return the action of the arguments: runs a subcommand, or prints help or the version.
+/// @return the action that the arguments request. It runs a subcommand, or prints the help or the
+///         version.
 /// @throws UsageError  if a subcommand, option or value is unknown or missing.
 [[nodiscard]] Action parse_command_line(const std::vector<std::string>& arguments,
                                         std::span<const Subcommand> subcommands);

@@ -100,8 +100,8 @@ std::vector<std::string> subcommand_names(const ProgramDefinition& program) {
   return names;
 }
 
-// Returns the values that completion proposes: OptionDefinition::values, and the words of a type
-// "a|b|c".
+// Returns the values that completion proposes: OptionDefinition::values, then the words of a type
+// such as "a|b|c".
 std::vector<std::string> choices_of(const OptionDefinition& option) {
   std::vector<std::string> choices = option.values;
   if (option.type.find('|') != std::string::npos) {
@@ -158,7 +158,7 @@ std::string bash_completion(const ProgramDefinition& program) {
   return text;
 }
 
-// The text in single quotes for a shell.
+// Returns the text in single quotes, for a shell.
 std::string shell_quoted(const std::string& text) {
   std::string safe = "'";
   for (const char c : text) {
@@ -255,7 +255,7 @@ std::string markdown(const std::string& text) {
   return safe;
 }
 
-// The page docs/options.md, which lists all options.
+// Returns the text of the page docs/options.md, which lists all options.
 std::string markdown_page(const ProgramDefinition& program) {
   std::string text =
       "# Every option\n\nThis page has the texts of `axiscal SUBCOMMAND --help-all`. The value of "

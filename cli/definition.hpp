@@ -9,10 +9,10 @@ namespace axiscal::cli {
 
 /// The definition of one option or argument, for the help.
 struct OptionDefinition {
-  std::vector<std::string> names;  ///< "--output", "-o"; an argument's name has no dashes
-  std::string type;                ///< type of its value: "FILE", "DEG"; empty for a flag
+  std::vector<std::string> names;  ///< such as "-o", "--output"; an argument has no dashes
+  std::string type;                ///< type of the value, such as "DEG"; empty for a flag
   std::string help;
-  std::string group;         ///< heading under which the help shows it
+  std::string group;         ///< heading of the option in the help
   bool is_argument = false;  ///< true: a positional argument
   bool is_required = false;
   std::vector<std::string> values = {};  ///< values that completion proposes
@@ -35,8 +35,8 @@ struct ProgramDefinition {
 };
 
 /// @param kind  argument of `axiscal --generate`: "man", "bash", "zsh", "fish", "markdown".
-/// @return the manual page, a completion, or the documentation's page of options; empty if the kind
-///         is unknown.
+/// @return the text of the manual page, of a shell's completion, or of the page of options; empty
+///         if the kind is unknown.
 [[nodiscard]] std::string generated(const ProgramDefinition& program, std::string_view kind);
 
 }  // namespace axiscal::cli

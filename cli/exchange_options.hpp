@@ -12,7 +12,8 @@
 
 namespace axiscal::cli {
 
-/// The formats of `axiscal export`, for completion. The program axiscal-exchange has its own table.
+/// The formats of `axiscal export`, for shell completion. The program axiscal-exchange, which
+/// writes the formats, has its own table.
 inline constexpr std::array<std::string_view, 17> export_format_names = {
     "ardupilot", "betaflight", "c-header",  "cpp-header", "csv",   "dcc",
     "iio",       "kalibr",     "label",     "matlab",     "numpy", "openhtf",

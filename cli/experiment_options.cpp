@@ -74,8 +74,8 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
 }
 
-// Returns the part of a field to which the options for magnitude, vector and source apply. In a sum
-// this is the induced part, or the first part if no part is induced.
+// Returns the part of a field whose magnitude, vector and source the options state. In a sum of
+// fields, this is the induced part. If no part is induced, it is the first part.
 FieldSetup& stated_part(FieldSetup& field) {
   for (FieldSetup& part : field.others) {
     if (!field.is_induced() && part.is_induced()) {
@@ -123,8 +123,8 @@ void set_kinds(const std::string& text, FieldSetup& field) {
   }
 }
 
-// Calls `set` for each part of a sum of fields, with its value from a text A+B. A single value is
-// set for stated_part(). Empty values are skipped.
+// Splits a text A+B into values, and calls `set` with each value and its part of the field. A text
+// with a single value applies to stated_part(). Empty values are skipped.
 void for_each_part(const char* option,
                    const std::string& text,
                    FieldSetup& field,
@@ -133,7 +133,7 @@ void for_each_part(const char* option,
     set(text, field);
     return;
   }
-  // A plus sign may also be the sign of a number or of its exponent.
+  // A plus sign separates values, but it may also be the sign of a number or of its exponent.
   std::vector<std::string> values(1);
   for (std::size_t i = 0; i < text.size(); ++i) {
     const bool ends_value = i > 0 && (std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0 ||
@@ -187,7 +187,8 @@ void set_magnitude(const std::string& value, FieldSetup& part) {
   }
 }
 
-// Applies --field-table: a vector X,Y,Z, or a FILE.csv with the field over time.
+// Applies the option --field-table. Its value is a vector X,Y,Z, or a FILE.csv with the field over
+// time.
 void set_in_table(const std::string& value, FieldSetup& part) {
   if (value.ends_with(".csv") && part.of) {
     part.of = std::make_shared<const RecordedField>(read_recorded_field(value, part.of));
@@ -494,8 +495,8 @@ std::string take_unit_of_file(const std::string& unit, ExperimentOptions& option
       *options.field_magnitude);
 }
 
-// Unlike an experiment, a table of readings in JSON is a list, has one object per line, or is an
-// object whose members are lists.
+// Returns true for a `.json` file that is an experiment, not a table of readings. A table in JSON
+// is a list, has one object per line, or is an object whose members are lists.
 bool is_experiment_file(const std::string& path) {
   std::error_code none;
   if (!path.ends_with(".json")) {
@@ -514,8 +515,8 @@ bool is_experiment_file(const std::string& path) {
 
 namespace {
 
-// Returns the value of one slot from a text L=A,M=B. If the text does not name slots, returns the
-// whole text, which applies to every slot.
+// Returns the value of one slot from a text such as L=A,M=B. A text without names of slots applies
+// to every slot and is returned whole.
 std::optional<std::string> of_slot(const char* option,
                                    const std::optional<std::string>& text,
                                    const std::vector<std::string>& slots,
@@ -552,7 +553,8 @@ std::optional<std::string> of_slot(const char* option,
   return any ? own : text;
 }
 
-// Sets the slots of --instrument L=KIND,M=KIND, and the values L=..,M=.. of the other options.
+// Sets the slots from --instrument L=KIND,M=KIND, and their values from the other options
+// (L=..,M=..).
 void set_slots(const ExperimentOptions& options, Experiment& experiment) {
   std::vector<std::string> slots;
   if (states_slots(options)) {
@@ -683,8 +685,8 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   if (of_slots) {
     set_slots(options, experiment);
   } else {
-    // Makes the field description before the readings are read, only to report errors early. The
-    // magnitude is assumed to be known if the readings may state field vectors.
+    // Makes the field description before the readings are read, only to report errors early. If the
+    // readings may state field vectors, this check assumes that the magnitude is known.
     const bool may_bring =
         !file.paths.observations.empty() &&
         method_kind(experiment.fit.method.value_or(Method::known)).directions_known;
@@ -696,9 +698,9 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
 
 namespace {
 
-// Returns a field with its parts as they were stated for the record. A part of unknown magnitude
-// stays unknown, because it may have changed since, for example the light of a room. For a part of
-// known magnitude, the direction found in the record becomes the start value.
+// Returns a field with the parts that were stated for the record. A part of unknown magnitude stays
+// unknown, because its magnitude may have changed, for example that of the light in a room. For a
+// part of known magnitude, the direction that the record found becomes the start value.
 FieldSetup parts_as_stated(FieldSetup stated, const FieldDescription& found) {
   const auto start = [](FieldSetup& part, const FieldDescription& known) {
     if (!part.in_table && part.magnitude) {

@@ -31,39 +31,41 @@ struct ExperimentOptions {
   bool polar_fit = false;
 };
 
-/// Adds the argument for the files of observations, or for the file of an experiment.
+/// Adds the argument for the files: files of observations, or the file of an experiment.
 void add_files(OptionSet& options, ExperimentOptions& experiment, Need need);
 
 void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 
-/// Makes an experiment from its file (`.json`), if there is one, and the options. Options take
-/// precedence over the file.
+/// Makes an experiment from the options and, if one is given, from its file (`.json`). An option
+/// takes precedence over the file.
 ///
-/// @param base  settings that neither the file nor the options state.
+/// @param base  experiment with the settings that neither the file nor the options state.
 /// @throws UsageError  if the value of an option is invalid or missing.
 /// @throws DataError   if the file of the experiment or of the positioner is invalid.
 [[nodiscard]] Experiment make_experiment(const ExperimentOptions& options,
                                          const Experiment& base = {});
 
-/// Makes an experiment like make_experiment(), and also returns the file names that the experiment
+/// Makes an experiment like make_experiment(). Also returns the file names that the experiment
 /// states.
 [[nodiscard]] ExperimentFile make_experiment_file(const ExperimentOptions& options,
                                                   const Experiment& base = {});
 
 /// Sets --unit to the unit that the file of the readings states, unless the options state a unit.
-/// If the unit is m/s^2 and the field is gravity, also sets the unit of the field to m/s^2. The
-/// magnitude is then standard gravity, unless the options state a latitude or a magnitude.
+/// If the unit is m/s^2 and the field is gravity, it also sets the unit of the field to m/s^2. The
+/// magnitude of gravity is then standard gravity, unless the options state a latitude or a
+/// magnitude.
 /// @return a note if standard gravity is assumed; otherwise empty.
 std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options);
 
-/// @return true if the options give an instrument for each of several slots, SLOT=KIND,..
+/// @return true if --instrument states one instrument per slot: SLOT=KIND,..
 [[nodiscard]] bool states_slots(const ExperimentOptions& options);
 
-/// @return true if a file is an experiment: `.json`, and not a table of readings.
+/// @return true if a file is an experiment: its name ends in `.json`, and it is not a table of
+///         readings.
 [[nodiscard]] bool is_experiment_file(const std::string& path);
 
-/// @return the experiment of a record, reconstructed from the record; its positioner is the nominal
-///         cube.
+/// @return the experiment that made a record, reconstructed from the record. Its positioner is the
+///         nominal cube.
 [[nodiscard]] Experiment experiment_of(const Calibration& record);
 
 }  // namespace axiscal::cli

@@ -33,7 +33,7 @@ std::string formats_json() {
   return formats.dump(2) + "\n";
 }
 
-// Returns the output of --json with -o FILE: {"format", "file", "notes", "lost"}.
+// Returns the output of --json with -o FILE: an object {"format", "file", "notes", "lost"}.
 std::string export_json(const ExportCommand& command, const Exported& result) {
   nlohmann::ordered_json json{
       {"format", *command.format}, {"file", command.output}, {"notes", result.notes}};
@@ -70,7 +70,7 @@ ExportOptions options_of(const ExportCommand& command) {
   return options;
 }
 
-// Sets the unit of the readings from the options, for a record that does not state it.
+// Sets the unit of the readings from the options, if the record does not state one.
 void state_unit(const UnitOptions& units, const std::string& path, Instrument& instrument) {
   const std::optional<std::string>& of_kind =
       instrument.kind == "accelerometer" || instrument.kind == "inclinometer" ? units.accelerometer
@@ -126,7 +126,8 @@ bool is_text(std::string_view name) {
   return true;
 }
 
-// Exports a file of `noise --json` for Kalibr. @return false if the record is not such a file.
+// Exports a file that `noise --json` wrote, for Kalibr.
+// @return false if the file is not of that format.
 bool export_noise(const ExportCommand& command) {
   if (command.records.size() != 1 || command.format != "kalibr") {
     return false;

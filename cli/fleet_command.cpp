@@ -21,8 +21,8 @@
 namespace axiscal::cli {
 namespace {
 
-// Checks that the calibrations have one kind and one model, because the coefficients of different
-// designs have no common distribution.
+// Checks that the calibrations are of one kind and one model of instrument. The coefficients of
+// different designs have no common distribution.
 void require_one_design(const Store& store, const StoreFilter& filter, const std::string& name) {
   std::map<std::string, std::size_t> kinds;
   std::map<std::string, std::size_t> models;
@@ -50,7 +50,8 @@ void require_one_design(const Store& store, const StoreFilter& filter, const std
   require_one(models, "models", "--model");
 }
 
-// Returns the limits of --limits. Without this option, returns the limits in the newest record.
+// Returns the limits of --limits. Without this option, returns the limits that the newest record
+// with a verdict states.
 std::vector<Limit> limits_of(const ReportCommand& command,
                              const Store& store,
                              const StoredCalibration& newest_judged) {

@@ -13,10 +13,10 @@
 namespace axiscal::cli {
 namespace {
 
-// The options that most calls of a subcommand need.
+// The most useful options of a subcommand, and examples of its use.
 struct Essentials {
   std::string_view subcommand;
-  std::string_view options;  // long names without dashes
+  std::string_view options;  // long names, separated by commas, without dashes
   std::array<std::string_view, 3> examples;
 };
 
@@ -135,7 +135,8 @@ const Essentials* find(const std::string& subcommand) {
 constexpr std::size_t help_width = 80;
 constexpr std::size_t help_column = 24;
 
-// Returns "  name     description" in wrapped lines. A long name has a line of its own.
+// Returns "  name     description" in wrapped lines. The description begins on a new line if the
+// name is too long.
 std::string entry(const std::string& name, const std::string& description) {
   std::string text = "  " + name;
   text += text.size() + 2 <= help_column ? std::string(help_column - text.size(), ' ')

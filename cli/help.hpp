@@ -11,14 +11,15 @@ namespace axiscal::cli {
 /// @return three examples of a subcommand's command line; empty if the subcommand is unknown.
 [[nodiscard]] std::vector<std::string> examples_of(const std::string& subcommand);
 
-/// @return the subcommands, in at most 23 lines of 80 columns.
+/// @return the list of the subcommands, in at most 23 lines of 80 columns.
 [[nodiscard]] std::string overview(const ProgramDefinition& program);
 
-/// @return examples and the options that most calls need, each by the first clause of its
-///         description, in at most 24 lines of 80 columns.
+/// @return the short help: examples, and the options that most calls need. Each option has only the
+///         first clause of its description. The text has at most 24 lines of 80 columns.
 [[nodiscard]] std::string short_help(const SubcommandDefinition& subcommand);
 
-/// @return examples and all options, with their whole descriptions, in lines of 80 columns.
+/// @return the full help: examples, and all options with their whole descriptions, in lines of 80
+///         columns.
 [[nodiscard]] std::string full_help(const SubcommandDefinition& subcommand);
 
 }  // namespace axiscal::cli

@@ -77,7 +77,7 @@ ImuOptions options_of(const CalibrateCommand& command) {
   return options;
 }
 
-// True if the record of a slot is requested.
+// Returns true if the user wants the record of this slot.
 bool is_wanted(const CalibrateCommand& command, const std::string& slot) {
   if (!command.only) {
     return true;
@@ -101,10 +101,11 @@ const LogSensor* sensor_of(const LogInput& input, const Calibration& record) {
                                                                 : SeriesKind::magnetometer);
 }
 
-// An instrument whose columns are missing in the log: the option that names its columns, and a part
-// that their names usually contain.
+// Text for the error message if the columns of an instrument are missing in the log.
 struct LackingInstrument {
+  // option that names the columns
   std::string_view option = "--accelerometer";
+  // word that the names of the columns usually contain
   std::string_view word = "acc";
 };
 
@@ -125,7 +126,7 @@ namespace {
 
 constexpr std::string_view place_of_instance = "{instance}";
 
-// The factor from a gyroscope's unit to rad/s; nullopt if the unit is unknown.
+// Returns the factor from a gyroscope's unit to rad/s; nullopt if the unit is unknown.
 std::optional<double> rate_per_unit(const std::string& unit) {
   const std::optional<KnownUnit> known = known_unit(unit, SeriesKind::gyroscope);
   return known && known->kind == SeriesKind::gyroscope ? std::optional(known->si) : std::nullopt;
@@ -135,7 +136,7 @@ std::vector<std::string> columns_of(const LogSensor& sensor) {
   return {sensor.columns.begin(), sensor.columns.end()};
 }
 
-// Sets columns, units and times from the sensors of the log, if the options do not state them.
+// Sets columns, units and times to those of the log's sensors, if the options do not state them.
 void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOptions& options) {
   const RestOptions& rests = command.rests;
   const auto take = [&](SeriesKind kind, const std::optional<std::string>& option,
@@ -173,7 +174,8 @@ void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOpt
   }
 }
 
-// Reads the record of --accelerometer-record. Its unit must be the unit of the log.
+// Reads the calibration in the record of --accelerometer-record. Its readings must have the unit of
+// the log.
 Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOptions& options) {
   Calibration known = read_unrefused(*command.known_accelerometer, command.force);
   const std::string& unit = options.experiment.instrument.unit;
@@ -191,8 +193,8 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   return known;
 }
 
-// Returns the stated regions, from the file or column of --regions; without that option, from the
-// column `part` of the log. Empty if there is neither.
+// Returns the regions of the log that are stated. They are in the file or column of --regions, or
+// without that option in the column `part`. The list is empty if there is no such column.
 std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& input) {
   if (command.rests.regions) {
     const bool is_file = command.rests.regions->ends_with(".json");
@@ -217,8 +219,8 @@ std::string end_of_log(const LogInput& input) {
   return is_utc(last_s) ? timestamp_of(last_s) : "";
 }
 
-// Returns the unit in which the magnitude of three columns is that of gravity; empty if there is no
-// such unit.
+// Returns the unit of three columns of acceleration, determined by the magnitude of gravity. The
+// result is empty if no unit gives that magnitude.
 std::string unit_of_columns(const RecordedLog& log, const std::vector<std::string>& names) {
   std::vector<const std::vector<double>*> columns;
   for (const std::string& name : names) {
@@ -230,15 +232,15 @@ std::string unit_of_columns(const RecordedLog& log, const std::vector<std::strin
   return columns.size() == 3 ? unit_of_gravity(*columns[0], *columns[1], *columns[2]) : "";
 }
 
-// The records of one instance, and the sensors that could not be calibrated.
+// The records for one instance number, and the sensors that could not be calibrated.
 struct InstanceRecords {
   std::vector<Calibration> records;
   std::vector<FailedSensor> failed;
 };
 
-// Adapts the options to files that contain one rest each. It assumes such files if the shortest
-// file is less than twice as long as the shortest permitted rest. The shortest permitted rest is
-// then reduced to 40 % of that file, and window and trim are limited accordingly.
+// Adapts the options to files that contain one rest each. This is assumed if the shortest file is
+// less than twice as long as the shortest permitted rest. The shortest permitted rest then becomes
+// 40 % of that file's length. Window and trim are reduced to at most 20 % and 5 % of it.
 void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   if (input.begins.empty()) {
     return;
@@ -270,7 +272,8 @@ void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   }
 }
 
-// Calibrates the sensors of one instance: of each kind, the sensor with this number, if it exists.
+// Calibrates the sensors of a log that have the same number (instance), for example its second
+// accelerometer, gyroscope and magnetometer.
 InstanceRecords calibrate_instance(const CalibrateCommand& command,
                                    const LogInput& input,
                                    int instance,
@@ -319,7 +322,8 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   std::vector<Calibration> records = imu.records();
   std::erase_if(records, [&](const Calibration& record) {
     const LogSensor* const sensor = sensor_of(input, record);
-    // The record of a sensor that belongs to several instances is stored only once.
+    // If a kind has no sensor with this number, another sensor of the kind was used. Its record is
+    // stored only for its own number.
     return (instance > 0 && sensor != nullptr && sensor->number != instance) ||
            !is_wanted(command, record.provenance.slot);
   });
@@ -339,7 +343,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   return {.records = std::move(records), .failed = std::move(imu.failed)};
 }
 
-// Stores the records and prints the sensors that could not be calibrated.
+// Delivers the records, then prints the sensors that could not be calibrated.
 int deliver_of_log(const CalibrateCommand& command,
                    const std::vector<Calibration>& records,
                    const std::vector<FailedSensor>& failed,
@@ -373,7 +377,7 @@ int run_imu(const CalibrateCommand& command) {
     throw UsageError("--regions: only one log may be given with it");
   }
   static_cast<void>(
-      options_of(command));  // errors of the command line are reported before the log is read
+      options_of(command));  // reports errors of the command line before the log is read
   LogFormat format = format_of(command.rests.log, columns_named_by(command.rests));
   std::vector<InputFileDigest> digests;
   for (const std::string& path : paths) {

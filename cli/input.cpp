@@ -33,7 +33,8 @@ std::function<std::size_t(char* buffer, std::size_t size)> reader_of(const std::
 
 namespace {
 
-// Returns the columns of the readings: the axes of the instrument, or of all instruments in slots.
+// Returns the columns of the readings: the axes of the instrument. If there are slots, these are
+// the axes of all slots.
 std::vector<std::string> axes_of(const ObservationColumns& columns) {
   if (columns.slots.empty()) {
     return columns.axes;
@@ -55,7 +56,8 @@ WantedColumns wanted_of(const ObservationColumns& columns, const TableReading& r
           .faces_of = columns.face_names.empty() ? reading.faces_of : ""};
 }
 
-// Reads two instruments from one file. The file may be a pipe, so it is read once into memory.
+// Reads the readings of two instruments from one file. It reads the file into memory only once,
+// because the file may be a pipe.
 ObservationsFile read_two_instruments(const std::string& path,
                                       const ObservationColumns& columns,
                                       const ObservationColumns& beside,
@@ -89,7 +91,8 @@ ObservationsFile read_observations_file(const std::string& path,
   }
   if (can_be_read_again(path)) {
     const OpenTable table = open_table(path, reading.options, wanted_of(columns, reading));
-    // The digest of a large file takes longer than reading the table, so it gets its own thread.
+    // Computing the digest of a large file takes longer than reading the table, so another thread
+    // does it.
     constexpr std::uintmax_t worth_a_thread = 1U << 20U;
     std::error_code none;
     const bool is_large = std::filesystem::file_size(path, none) > worth_a_thread && !none;

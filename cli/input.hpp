@@ -11,7 +11,7 @@
 
 namespace axiscal::cli {
 
-/// A table of observations with the SHA-256 of its file.
+/// A table of observations, and the readings of a second instrument in the same file.
 struct ObservationsFile {
   Run run;
   Observations beside;  ///< readings of the second instrument; empty if it is not requested
@@ -20,16 +20,18 @@ struct ObservationsFile {
 /// The options for reading a table of observations.
 struct TableReading {
   TableOptions options;
-  /// Kind of the instrument, to recognise its columns (WantedColumns::kind). Empty: only the stated
-  /// columns are used.
+  /// Kind of the instrument whose columns are recognised (see WantedColumns::kind). If it is empty,
+  /// only the columns that the options state are used.
   std::string kind;
-  std::string unit;          ///< requested unit of the readings (WantedColumns::unit); empty: any
+  std::string unit;          ///< unit to which readings are converted (see WantedColumns::unit);
+                             ///< empty: no conversion
   std::string faces_of;      ///< see WantedColumns::faces_of
   std::string of_recording;  ///< see WantedColumns::of_recording
 };
 
+/// Reads a table of observations, with the SHA-256 of its file.
 /// @param beside  columns of a second instrument in the same rows.
-/// @throws DataError  if read_observations() throws it.
+/// @throws DataError  if the file is not a valid table of observations.
 [[nodiscard]] ObservationsFile read_observations_file(
     const std::string& path,
     const ObservationColumns& columns,

@@ -7,11 +7,12 @@
 
 namespace axiscal::cli {
 
-/// @return the cells of a line of CSV. Doubled quotes within a quoted cell become one quote.
+/// @return the cells of a line of CSV. Two double quotes in a quoted cell become one quote.
 /// @param line  the line, without its line end.
 [[nodiscard]] std::vector<std::string> cells_of(std::string_view line);
 
-/// Converts CSV text into JSON Lines: one object per row, with the names of the header.
+/// Converts CSV text to JSON Lines. Each row becomes an object whose keys are the names in the
+/// header.
 class JsonLines {
  public:
   /// @param csv  the next part of the text. The first line of the whole text is the header.
@@ -21,7 +22,7 @@ class JsonLines {
 
  private:
   std::vector<std::string> names_;
-  std::string rest_;  // an incomplete line, for the next call
+  std::string rest_;  // an incomplete line, which the next call continues
 };
 
 }  // namespace axiscal::cli

@@ -41,7 +41,7 @@ void add_options(OptionSet& options, LevelCommand& command) {
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
-// A component of the slope is significant if it is at least this number of standard errors.
+// A component of the slope is significant if it exceeds this number of standard errors.
 constexpr double level_within = 2.0;
 
 // The present slope of the table.
@@ -52,8 +52,8 @@ struct Slope {
 
   [[nodiscard]] double size() const { return value.norm(); }
 
-  // Returns the standard uncertainty of size(). If the slope is zero, this is the larger of the two
-  // standard errors.
+  // Returns the standard uncertainty of size(). If the slope is zero, returns the larger of the
+  // standard errors of its components.
   [[nodiscard]] double size_error() const {
     return size() > 0.0 ? value.cwiseProduct(standard_error).norm() / size()
                         : standard_error.maxCoeff();
@@ -69,7 +69,7 @@ bool is_calibration_record(const std::string& path) {
          parse_json(read_whole_file(path), path).text_or("format") == "axiscal-calibration";
 }
 
-// Refuses options that would change a record, because `level` uses a record as it is.
+// Refuses options of `calibrate` if the input is a record, because `level` cannot change a record.
 void forbid_options_of_calibrate(const ExperimentOptions& options) {
   for (const auto* option : {&options.instrument,
                              &options.serial,
@@ -117,7 +117,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
     return {files.front(), true, read_calibration(files.front())};
   }
   ExperimentOptions options = command.experiment;
-  if (!files.front().ends_with(".json")) {  // a table of readings
+  if (!files.front().ends_with(".json")) {  // the file is a table of readings
     options.instrument = options.instrument.value_or("accelerometer");
   }
   ExperimentFile file = make_experiment_file(options);
@@ -138,8 +138,8 @@ Measured measure(const LevelCommand& command, Surface& surface) {
   return measured;
 }
 
-// Checks that the screws may be turned.
-// @throws RefusedError  if the readings contradict the slope.
+// Checks that the slope may be used to turn the adjusters (levelling screws).
+// @throws RefusedError  if warnings or the levelness test show that the slope may be wrong.
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   const bool spoilt = std::any_of(
@@ -154,8 +154,8 @@ void require_trust(const Measured& measured) {
   }
 }
 
-// Returns the slope from the readings of the last block, because the table may have been moved
-// before that block. The readings of several slots are combined.
+// Returns the slope from the last block of readings, because the table may have been moved before
+// it. The readings of several slots are combined.
 Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   if (!field_kind(calibration.sensor.field.kind).vertical) {
@@ -260,7 +260,8 @@ std::string text_of(const Slope& slope,
 
 int run(const LevelCommand& command) {
   Surface surface;
-  // Checks the options before the calibration of the readings, which may take minutes.
+  // Checks the options before the readings are calibrated, because the calibration may take
+  // minutes.
   if (command.adjusters) {
     set_adjusters(command.adjusters, command.thread_pitch, surface);
   }

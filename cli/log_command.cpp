@@ -37,8 +37,8 @@ std::string full_name(const SeriesSummary& one) {
                                  : one.series.name;
 }
 
-// Returns the names of a series' columns. If its kind is unknown, all columns are listed, because
-// the user needs their names for other commands.
+// Returns the names of the columns of a series. If the kind of the series is unknown, lists all
+// columns, because the user needs their names for other commands.
 std::string columns_text(const SeriesSummary& one) {
   constexpr std::size_t most = 4;
   std::vector<std::string> columns = one.series.columns;
@@ -75,13 +75,13 @@ std::string series_table(const RecordingSummary& summary) {
   return text;
 }
 
-// A file name, quoted for a shell if needed.
+// Returns a file name, quoted for a shell if needed.
 std::string quoted(const std::string& path) {
   const bool is_plain = path.find_first_of(" '\"()[]{}*?&;|<>$`\\!#~") == std::string::npos;
   return is_plain ? path : "'" + path + "'";
 }
 
-// Returns the line "next: ..". It is printed only for a command that can be run unchanged.
+// Returns the line "next: .." with a command that the user can copy and run unchanged.
 std::string next_of(const std::string& command) {
   return "next: axiscal " + command + "\n";
 }
@@ -108,7 +108,8 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
   const SeriesSummary& one = summary.series[accelerometer.series];
   const double still_s = one.still_to_s - one.still_from_s;
   const double span_s = one.end_s - one.start_s;
-  constexpr double most = 0.34;  // share of the log; the longest of six rests has less
+  // Largest share of a calibration log that its longest rest may have.
+  constexpr double most = 0.34;
   constexpr double shortest_s = 1.0;
   constexpr std::size_t most_readings = 500;
   if (!has_times(one) && one.samples <= most_readings) {
@@ -138,8 +139,8 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
          next_of(formatted("calibrate --imu {} {}", file, output));
 }
 
-// Returns the next command for a log without a recognised sensor. It assumes that the first three
-// columns of a series that vary are a sensor.
+// Returns the next command for a log in which no sensor is recognised. It assumes that a sensor is
+// the first three columns of a series whose values vary.
 std::string next_for_unknown(const RecordingSummary& summary, const std::string& file) {
   for (const SeriesSummary& one : summary.series) {
     std::vector<std::string> three;
@@ -174,7 +175,7 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
 }
 
 // Returns the command that the user should run next, according to the content of the file.
-// @param file  the log's name, quoted for a shell, and the options for reading it.
+// @param file  the name of the log, quoted for a shell, followed by the options for reading it.
 std::string next_steps(const RecordingSummary& summary, const std::string& file) {
   const std::vector<RecordedSensor> sensors = sensors_of(summary);
   const auto first_of = [&](SeriesKind kind) {

@@ -18,7 +18,7 @@
 namespace axiscal::cli {
 namespace {
 
-// Parses the value of an option with three columns.
+// Returns the three names of columns in the value of an option.
 std::vector<std::string> three_columns(const char* option, const std::string& text) {
   std::vector<std::string> names = names_of(text);
   if (names.size() != 3) {
@@ -213,7 +213,7 @@ LogInput record_log(LogFile file) {
                  .stated_rate_hz = file.stated_rate_hz(),
                  .has_parts = file.has_text_column("part"),
                  .time = file.time_column()};
-  // If the name is then unique, a column "X (m/s^2)" is renamed to "X".
+  // A column "X (m/s^2)" is renamed to "X" if no other column then has this name.
   for (LogSensor& sensor : input.sensors) {
     for (std::string& column : sensor.columns) {
       const std::string plain = named_column(column).name;

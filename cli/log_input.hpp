@@ -19,7 +19,7 @@ struct LogOptions {
   std::optional<std::string> rate, instance;
 };
 
-/// The options for cutting a raw log into rests, with unparsed values.
+/// The options for finding the rests in a raw log, with unparsed values.
 struct RestOptions {
   LogOptions log;
   std::optional<std::string> window, shortest, trim, threshold, range;
@@ -30,7 +30,7 @@ struct RestOptions {
 
 void add_log_options(OptionSet& options, LogOptions& log);
 
-/// The options for the units of columns whose header states no unit, with unparsed values.
+/// The options that state the units of columns without a unit in the header, with unparsed values.
 struct UnitOptions {
   std::optional<std::string> all, accelerometer, gyroscope, magnetometer;
 };
@@ -40,7 +40,7 @@ void add_unit_options(OptionSet& options, UnitOptions& units);
 /// Adds the options of RestOptions, including those of its log.
 void add_rest_options(OptionSet& options, RestOptions& rests);
 
-/// @return the names of the options that were stated.
+/// @return the names of those options of `rests` that the command line contains.
 [[nodiscard]] std::vector<std::string> stated_options_of(const RestOptions& rests);
 
 /// @return the parts of a list such as "a,b,c".
@@ -51,14 +51,14 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 [[nodiscard]] LogFormat format_of(const LogOptions& options,
                                   const std::vector<std::string>& wanted = {});
 
-/// @return the columns that the options name: --columns, --accelerometer, ...
+/// @return the columns that --columns, --accelerometer, .. name.
 [[nodiscard]] std::vector<std::string> columns_named_by(const RestOptions& options);
 
-/// @return the options of segment(). Its columns are empty unless --columns states them.
+/// @return the options of segment(). The list of columns is empty unless --columns is given.
 [[nodiscard]] SegmentOptions segment_options_of(const RestOptions& options);
 
-/// @return the options of calibrate_imu(): columns of the sensors, rests, run sheet and turns.
-/// @param accelerometer  columns of the accelerometer if the option does not state them.
+/// @return the options of calibrate_imu() for columns, rests, run sheet and turns.
+/// @param accelerometer  columns of the accelerometer, used unless --accelerometer names others.
 [[nodiscard]] ImuOptions imu_options_of(const RestOptions& options,
                                         const std::vector<std::string>& accelerometer);
 
@@ -66,12 +66,12 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 struct LogInput {
   RecordedLog log;
   std::vector<LogSensor> sensors;
-  std::optional<double> stated_rate_hz;  ///< sample rate, if stated instead of times [Hz]
-  bool has_parts = false;                ///< true if a column of words is named `part`
+  std::optional<double> stated_rate_hz;  ///< stated sample rate [Hz]; nullopt: the log has times
+  bool has_parts = false;                ///< true if a column `part` contains words
   std::string time;                      ///< name of the column of times; empty if unknown
-  std::vector<std::size_t> begins;       ///< index of the first sample of each further file
+  std::vector<std::size_t> begins;       ///< first samples of the second and later files
 
-  /// @return the sensor of a kind, or null.
+  /// @return the sensor of a kind; null if the log has none.
   [[nodiscard]] const LogSensor* sensor(SeriesKind kind) const;
 };
 
@@ -79,13 +79,13 @@ struct LogInput {
 [[nodiscard]] LogInput record_log(const std::string& path, const LogFormat& format);
 [[nodiscard]] LogInput record_log(LogFile file);
 
-/// Reads several logs and joins them. The times of each further file are shifted to follow those of
-/// the file before it.
+/// Reads several logs and joins them. The times of each further file are shifted, so that it
+/// follows the file before it.
 /// @throws DataError  if the columns of a file differ from those of the first file.
 [[nodiscard]] LogInput record_logs(const std::vector<std::string>& paths, const LogFormat& format);
 
-/// Prints the notes of the rests and `more_notes`, then the warnings of the rests and the messages
-/// of the labels, to stderr.
+/// Prints to stderr the notes of the rests and `more_notes`, then the warnings of the rests and the
+/// messages on the labels.
 void print_remarks_of(const Segmentation& rests,
                       const std::vector<std::string>& more_notes,
                       const SeatLabels* labels);

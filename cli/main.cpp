@@ -11,11 +11,11 @@ constexpr OwnProgram acquire_program{.name = "axiscal-acquire", .package = "axis
 constexpr OwnProgram exchange_program{.name = "axiscal-exchange", .package = "axiscal"};
 constexpr OwnProgram report_program{.name = "axiscal-report", .package = "axiscal-report"};
 
-// Returns a subcommand that parses the options here, and then lets another program run it.
+// Returns a subcommand whose options are parsed here, but which another program runs.
 Subcommand run_by(const OwnProgram& program, const Subcommand& subcommand) {
   Subcommand elsewhere = subcommand;
   elsewhere.define = [=](OptionSet& options) -> Action {
-    const Action reads = subcommand.define(options);  // owns the variables of the options
+    const Action reads = subcommand.define(options);  // keeps the variables of the options alive
     return [program, reads, arguments = options.typed()]() -> int { become(program, arguments); };
   };
   elsewhere.program = program;

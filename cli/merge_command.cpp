@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `axiscal merge` joins the parts of a stream (`calibrate --shard`) in the order of its input.
+// `axiscal merge` joins the partial outputs of `calibrate --stream --shard` in the order of the
+// input.
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -27,7 +28,7 @@ void add_options(OptionSet& options, MergeCommand& command) {
               Need::required);
 }
 
-// The index of a unit in the input, and the unit's line without that index.
+// The line of a unit (one instrument), and the unit's index in the input.
 struct NumberedLine {
   std::size_t unit = 0;
   std::string text;
@@ -49,10 +50,10 @@ NumberedLine numbered(const std::string& path, std::size_t line_number, std::str
           .text = (is_json ? "{" : "") + std::string(line.substr(comma + 1))};
 }
 
-// The lines of one part in their order, and the index of the next line to write.
+// The lines of one partial output. `next` is the index of the next line to write.
 struct Part {
   std::string path;
-  std::vector<NumberedLine> lines;  // in their order
+  std::vector<NumberedLine> lines;  // in ascending order of units
   std::size_t next = 0;
 };
 

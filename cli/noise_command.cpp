@@ -73,7 +73,7 @@ void warn(LogNoise& noise, const std::string& message) {
   print_remark("warning", message);
 }
 
-// Replaces missing numbers by the value before them, because the Allan deviation needs evenly
+// Replaces each missing number by the value before it, because the Allan deviation needs evenly
 // spaced samples.
 void fill_missing(const std::string& name, std::vector<double>& samples, LogNoise& noise) {
   std::size_t missing = 0;
@@ -100,15 +100,16 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
   }
 }
 
-// The mean time step without gaps [s]; nullopt if there are too many gaps.
-// @param seconds  duration of the times' unit [s].
+// Returns the mean time step [s]. Gaps are not counted; if there are too many gaps, the result is
+// nullopt.
+// @param seconds  duration of one time unit [s].
 std::optional<double> usual_step(const std::vector<double>& times, double seconds) {
   std::vector<double> steps(times.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     steps[i] = (times[i + 1] - times[i]) * seconds;
   }
   const double median = upper_median(steps);
-  constexpr double gap = 5.0;  // a step of more median steps than this is a gap
+  constexpr double gap = 5.0;  // a step longer than this number of median steps is a gap
   constexpr double most_gaps = 0.01;
   double sum = 0.0;
   double count = 0.0;
@@ -122,8 +123,8 @@ std::optional<double> usual_step(const std::vector<double>& times, double second
   return median > 0.0 && are_few ? std::optional(sum / count) : std::nullopt;
 }
 
-// Returns the sample rate: that of --rate, or else from the column of times. Adds a warning if the
-// samples are not evenly spaced.
+// Returns the sample rate [Hz] from --rate, or without that option from the column of times. Adds a
+// warning if the samples are not evenly spaced.
 double rate_of(const RecordedLog& log,
                const LogOptions& options,
                const std::optional<TimeColumn>& time,
@@ -161,7 +162,7 @@ double rate_of(const RecordedLog& log,
   return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
 }
 
-// Reports whether the model of five kinds of noise describes the curve.
+// Returns the text that states whether the noise model (five kinds of noise) describes the curve.
 std::string fit_text(const NoiseModel& model) {
   std::string text = formatted("  fit of the curve from {:.3g} s on: ", model.from_tau_s);
   if (std::isnan(model.p_value)) {
@@ -181,7 +182,7 @@ std::string fit_text(const NoiseModel& model) {
   return text;
 }
 
-// Returns the listing of a column: all coefficients, and the Allan deviations.
+// Returns the results for a column: all coefficients, then the Allan deviations.
 std::string listing_of(const ColumnNoise& one) {
   std::string text = formatted(
       "\n{}{}; coefficients with 95 % intervals, deviations with 68 % intervals\n", one.name,
@@ -288,8 +289,8 @@ void add_column(ColumnNoise one, const NoiseCommand& command, LogNoise& noise) {
   noise.columns.push_back(std::move(one));
 }
 
-// Returns the indices of the columns to analyse: those of --columns. Without that option, these are
-// all columns that are not in `taken`.
+// Returns the indices of the columns to analyse. Without --columns, these are all columns of the
+// log except those in `taken`.
 std::vector<std::size_t> other_columns(const RecordedLog& log,
                                        const NoiseCommand& command,
                                        const std::vector<std::string>& taken) {
@@ -311,16 +312,17 @@ std::vector<std::size_t> other_columns(const RecordedLog& log,
   return columns;
 }
 
-// The time step of a log, and its number of samples.
+// The time step of the log from which a curve of deviations was computed, and its number of
+// samples.
 struct CurveSize {
   double step_s = 0.0;
   double samples = 0.0;
 };
 
-// Returns the time step and the number of samples N of the log from which a curve was computed.
-// Both follow from the first and the last point, whose numbers of terms are N - 2 tau / step + 1.
-// If the numbers of terms are not known, the shortest tau is assumed to be one time step, and the
-// log is assumed to be twice as long as the longest tau.
+// Returns time step and number of samples of the log from which a curve was computed. A point at
+// tau has N - 2 tau / step + 1 terms, with N the number of samples, so both follow from the terms
+// of the first and the last point. If the terms are not stated, the shortest tau is assumed to be
+// one time step, and the log to be twice as long as the longest tau.
 CurveSize size_of_curve(const std::string& name,
                         const std::vector<double>& tau,
                         const std::vector<double>* terms) {
@@ -400,8 +402,8 @@ std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
   return all;
 }
 
-// Returns the unit of an accelerometer whose unit is not stated: the unit in which the median
-// magnitude of the readings is that of gravity. Empty if there is no such unit.
+// Returns the unit of an accelerometer if it is not stated. In this unit, the median magnitude of
+// the readings is that of gravity. The result is empty if there is no such unit.
 std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
   std::vector<double> squares;
   for (const std::string& name : sensor.columns) {
@@ -429,8 +431,8 @@ std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
   return "";
 }
 
-// Returns the columns by which rests are found: those of accelerometer and gyroscope. If the log
-// has neither, these are the analysed columns except temperatures.
+// Returns the columns that are used to find rests: those of accelerometer and gyroscope. If the log
+// has neither, these are the analysed columns without temperatures.
 std::vector<RestColumn> rest_columns(const RecordedLog& log,
                                      const std::vector<LogSensor>& sensors,
                                      const std::vector<std::size_t>& analysed) {
@@ -460,7 +462,7 @@ std::vector<RestColumn> rest_columns(const RecordedLog& log,
   return columns;
 }
 
-// Cuts a log to the part from --from to --to, or to its longest rest if neither is stated.
+// Cuts a log to the part from --from to --to. If neither is stated, cuts it to its longest rest.
 void cut_to_rest(RecordedLog& log,
                  const std::vector<LogSensor>& sensors,
                  const std::vector<std::size_t>& analysed,
@@ -587,7 +589,7 @@ LogNoise noise_of_input(LogInput& input, const NoiseCommand& command) {
   return command.is_curve ? noise_of_curve(input.log, command) : noise_of_log(input, command);
 }
 
-// Analyses the sensors of a recording one by one, each with its own times.
+// Analyses the sensors of a recording separately, because each sensor has its own times.
 LogNoise noise_of_sensors(const NoiseCommand& command,
                           LogFormat format,
                           const std::vector<LogSensor>& sensors) {

@@ -66,7 +66,8 @@ constexpr std::array options_of_settings = {
     OptionName{settings::temperature_order, "--temperature-order"},
     OptionName{settings::time_column, "--time"}};
 
-// Returns the option of a setting; the path of the setting if it has no option.
+// Returns the name of the option for a setting. If no option sets it, returns the path of the
+// setting.
 std::string_view option_of(Setting setting) {
   for (const OptionName& one : options_of_settings) {
     if (one.setting == setting) {

@@ -7,7 +7,7 @@
 
 namespace axiscal::cli {
 
-/// @return the message of an error, with the options for its settings in brackets.
+/// @return the message of an error, followed in brackets by the options that set its settings.
 [[nodiscard]] std::string with_options(const Error& error);
 
 }  // namespace axiscal::cli

@@ -8,7 +8,8 @@
 namespace axiscal::cli {
 namespace {
 
-// True if a word of the command line names `option`: `--output`, `--output=FILE`, `-o`, `-oFILE`.
+// Returns true if an argument names `option` in one of the forms `--output`, `--output=FILE`, `-o`,
+// `-oFILE`.
 bool names_option(std::string_view word, std::string_view option) {
   if (option.starts_with("--")) {
     return word.starts_with(option) && (word.size() == option.size() || word[option.size()] == '=');

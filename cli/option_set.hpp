@@ -17,37 +17,38 @@ namespace axiscal::cli {
 /// Whether an argument or option must be given.
 enum class Need { optional, required };
 
-/// Which options are registered with the parser: all, or only those in the command line (`typed`).
-/// Registering all options takes longer than most runs. Arguments and required options are always
-/// registered.
+/// The options that are registered with the parser: all options, or only those that the command
+/// line contains (`typed`). Registering all options takes longer than most runs. Arguments and
+/// required options are always registered.
 enum class Known : std::uint8_t { all, typed };
 
 /// Registers the arguments and options of a subcommand with the parser.
 ///
-/// Values are stored as strings; the code that uses a value checks it. A name without dashes is an
-/// argument. The variables for the values must outlive the parsing.
+/// Values are stored as strings, and the code that uses a value checks it. A name without dashes
+/// denotes an argument. The variables for the values must outlive the parsing.
 class OptionSet {
  public:
   /// @param typed  the whole command line; must outlive this object.
   OptionSet(CLI::App& app, const std::vector<std::string>& typed, Known known);
 
-  /// @return the same set; options added to it appear under this heading of the help.
+  /// @return the same set with another heading. Options added to it appear under this heading of
+  ///         the help.
   [[nodiscard]] OptionSet group(const char* heading) const;
 
-  /// @param type  type of the value in the help: "FILE", "DEG".
+  /// @param type  type of the value, as the help shows it, for example "FILE" or "DEG".
   void add(const char* name, std::optional<std::string>& value, const char* type, const char* help);
   void add(const char* name,
            std::string& value,
            const char* type,
            const char* help,
            Need need = Need::optional);
-  /// Adds an option or argument with one or more values.
+  /// Adds an option or argument that takes one or more values.
   void add(const char* name,
            std::vector<std::string>& values,
            const char* type,
            const char* help,
            Need need = Need::optional);
-  /// Adds a required option with one value, which may be repeated.
+  /// Adds a required option with one value. The option may be given several times.
   void add_repeated(const char* name,
                     std::vector<std::string>& values,
                     const char* type,
@@ -62,7 +63,7 @@ class OptionSet {
  private:
   CLI::Option& finished(CLI::Option& option, const char* type);
 
-  // @param names  names of the option in the form of add(): "-o,--output".
+  // @param names  names of the option, separated by a comma as for add(): "-o,--output".
   [[nodiscard]] bool is_wanted(std::string_view names, Need need = Need::optional) const;
 
   CLI::App* app_;

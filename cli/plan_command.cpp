@@ -100,7 +100,8 @@ void add_options(OptionSet& options, PlanCommand& command) {
   options.add_flag("--json", command.json, "print the forecast as JSON");
 }
 
-// The experiment to plan: from the file, or an accelerometer in gravity.
+// Returns the experiment in the file to plan. Without a file, it is that of an accelerometer in
+// gravity.
 Experiment planned_experiment(const PlanCommand& command) {
   Experiment experiment;
   if (command.experiment) {
@@ -127,8 +128,8 @@ bool states_noise(const PlanCommand& command) {
   return command.noise || command.noise_log;
 }
 
-// Returns the noise for the forecast: the standard deviation of a sample (--noise), or the Allan
-// deviation of --noise-log at the dwell time.
+// Returns the noise for the forecast. It is the standard deviation of a sample (--noise), or the
+// Allan deviation of the log --noise-log at the dwell time.
 // @param kind  kind of the planned instrument.
 double noise_of(const PlanCommand& command, const std::string& kind) {
   if (command.dwell && !command.noise_log) {
@@ -239,7 +240,7 @@ void check_outputs(const PlanCommand& command) {
   }
 }
 
-// Returns the smallest number of replicates that gives the wanted uncertainty.
+// Returns the smallest number of replicates that reaches the wanted uncertainty of an angle.
 int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_sheet) {
   constexpr int longest_sheet = 1000;
   const std::optional<double> needed = replicates_for_angle(setup, wanted_rad);
@@ -350,7 +351,7 @@ int run(const PlanCommand& command) {
   }
   const std::vector<RunSheetRow> sheet = make_run_sheet(
       design, plan.setup.replicates, seed_of(command.sheet), temperatures_of(command.sheet));
-  // If the sheet is not printed on stdout, the forecast is; otherwise the forecast is printed on
+  // The forecast is printed on stdout. If the sheet is printed there, the forecast is printed on
   // stderr.
   const bool forecast_to_stdout = command.output.value_or("-") != "-" || command.json;
   if (command.output || !command.json) {

@@ -29,7 +29,7 @@ struct Plan {
 /// @return the plan as JSON.
 [[nodiscard]] std::string plan_json(const Plan& plan);
 
-/// @return an angle in degrees, with four significant digits.
+/// @return an angle as a text in degrees with four significant digits.
 /// @param radian  the angle [rad].
 [[nodiscard]] std::string short_degrees(double radian);
 

@@ -26,8 +26,8 @@
 namespace axiscal::cli {
 namespace {
 
-// True if a file is the log from which an IMU record was made. Records of version 0.1 do not mark
-// which of their files is the log.
+// Returns true if a file is the log from which an IMU record was made. Records of version 0.1 do
+// not mark the log among their input files.
 bool is_own_log(const Calibration& calibration, const std::string& path) {
   const bool of_imu = calibration.fit.residuals.empty() || !calibration.fit.residuals.front().point;
   const auto may_be_log = [&](const InputFileDigest& input) {
@@ -36,7 +36,7 @@ bool is_own_log(const Calibration& calibration, const std::string& path) {
   };
   const std::vector<InputFileDigest>& inputs = calibration.provenance.inputs;
   if (std::none_of(inputs.begin(), inputs.end(), may_be_log)) {
-    return false;  // then the checksum of the file is not needed
+    return false;  // no input can be the log, so the checksum of the file is not needed
   }
   const std::string sha256 = sha256_of_file(path);
   return std::any_of(inputs.begin(), inputs.end(), [&](const InputFileDigest& input) {
@@ -44,8 +44,8 @@ bool is_own_log(const Calibration& calibration, const std::string& path) {
   });
 }
 
-// Reads a file with readings of the record's instrument. Prints a note if the record was not made
-// from it.
+// Reads a file with readings of the record's instrument. Prints a note if the record was made from
+// another file.
 // @return nullopt if the file is the log of an IMU record, which has no separate readings.
 std::optional<Observations> readings_for(const Calibration& calibration,
                                          const std::string& path,

@@ -21,7 +21,8 @@ struct ReportCommand {
   bool json = false;
 };
 
-/// Runs `axiscal report --fleet`. Only the program axiscal-report calls it.
+/// Runs `axiscal report --fleet`, which reports on all units of a store. Only the program
+/// axiscal-report calls it.
 [[nodiscard]] int run_fleet(const ReportCommand& command);
 
 /// Runs `axiscal report`. Only the program axiscal-report calls it.

@@ -73,7 +73,7 @@ int run_command(const std::vector<std::string>& arguments,
     return fail(wrong_usage, "axiscal: " + with_options(error));
   } catch (const DataError& error) {
     return fail(bad_input, with_marked_cell(with_options(error)));
-  } catch (const ClosedPipe&) {  // the reader of the results has closed the pipe; no error
+  } catch (const ClosedPipe&) {  // no error: the reader of the results has closed the pipe
     return done;
   } catch (const OutputError& error) {
     return fail(output_not_written, "axiscal: " + with_options(error));

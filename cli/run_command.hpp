@@ -10,7 +10,7 @@ namespace axiscal::cli {
 
 /// Runs the command `axiscal ARGUMENT..`. Messages are printed on stderr.
 /// @param subcommands  the subcommands in the order in which the help lists them.
-/// @return the exit status, as docs/messages.md lists them.
+/// @return the exit status; docs/messages.md lists the values.
 [[nodiscard]] int run_command(const std::vector<std::string>& arguments,
                               const std::vector<Subcommand>& subcommands);
 

@@ -75,7 +75,7 @@ Positioner with_assembly(const Positioner& positioner,
 }
 
 void print_remarks(const std::vector<Calibration>& calibrations) {
-  std::set<std::string> said;  // a note of several slots is printed once
+  std::set<std::string> said;  // a note that several slots have in common is printed once
   for (const Calibration& calibration : calibrations) {
     const std::string slot = calibrations.size() > 1 && !calibration.provenance.slot.empty()
                                  ? formatted("slot {}: ", calibration.provenance.slot)

@@ -12,8 +12,8 @@
 
 namespace axiscal::cli {
 
-/// Reads the experiment's observations, each file once.
-/// @return the files in their order.
+/// Reads the files with the experiment's observations. Each file is read only once.
+/// @return one run per file, in the order of the files.
 /// @param reading              options for reading the tables.
 /// @param beside               columns of a second instrument that was recorded at the same time.
 /// @param observations_beside  receives the observations of the second instrument.
@@ -24,12 +24,13 @@ namespace axiscal::cli {
                                           const std::optional<ObservationColumns>& beside = {},
                                           Observations* observations_beside = nullptr);
 
-/// Reads the files as read_files(), and joins them to one run, in which each file is a block.
+/// Reads the files like read_files(), and joins them to one run. Each file becomes a block of that
+/// run.
 [[nodiscard]] Run read_run(const ExperimentFile& experiment,
                            Units units = Units::one,
                            const TableReading& reading = {});
 
-/// @return the positioner with the mounts of --assembly; unchanged if the option is missing.
+/// @return the positioner with the mounts that --assembly states; unchanged without that option.
 /// @throws UsageError  if mounts_of_assembly() throws it.
 [[nodiscard]] Positioner with_assembly(const Positioner& positioner,
                                        const std::optional<std::string>& assembly,

@@ -33,7 +33,8 @@ bool has_poses(const Observations& observations) {
                      });
 }
 
-// The face on the table, according to the name of a file; nullopt if the name states no face.
+// Returns the face that lay on the table, according to the name of a file; nullopt if the name
+// states no face.
 std::optional<Face> face_of_file(const std::string& path) {
   const std::optional<FaceInWords> face =
       face_in_words(std::filesystem::path(path).stem().string());
@@ -43,8 +44,8 @@ std::optional<Face> face_of_file(const std::string& path) {
   return *face->is_up ? opposite(face->face) : face->face;
 }
 
-// Returns the face on the table in each rest, according to the file names. Empty unless there is
-// one file for each rest and each file name states a face.
+// Returns the face on the table in each rest, according to the file names. The result is empty
+// unless each rest has its own file and each file name states a face.
 std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   std::vector<std::optional<Face>> faces;
   if (run.inputs.size() != run.observations.readings.size()) {
@@ -59,9 +60,9 @@ std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   return faces;
 }
 
-// Checks that file names and gravity give the same face in every rest, or opposite faces in every
-// rest (an instrument with the opposite sign).
-// @throws RefusedError  if they do neither.
+// Checks that the file names and gravity give the same face in every rest. They may also give
+// opposite faces in every rest, if the instrument has the opposite sign.
+// @throws RefusedError  if neither is true.
 void require_agreement(const Run& run,
                        const std::vector<std::optional<Face>>& named,
                        const std::vector<std::optional<Face>>& seen) {
@@ -93,7 +94,8 @@ void require_agreement(const Run& run,
 
 namespace {
 
-// Leaves out readings of erased memory. All bits of their values are 1, so all axes are equal.
+// Removes readings of erased memory. All bits of such a reading are 1, so the values of all axes
+// are equal.
 void leave_erased_out(Run& run) {
   const Eigen::MatrixXd& response = run.observations.response;
   constexpr Eigen::Index fewest_axes = 3;
@@ -196,7 +198,7 @@ void label_faces(Run& run) {
                     "determine the faces ({}); {}",
                     readings.readings.size(), error.what(), say_the_faces));
     }
-    seen = faces;  // there are too few rests to determine the faces by gravity
+    seen = faces;  // gravity shows too few orientations to determine the faces
   }
   if (seen.empty()) {
     return;
@@ -242,7 +244,7 @@ void require_readings(const Run& run) {
     return;
   }
   // Consecutive samples of a log are nearly equal. Consecutive readings in different orientations
-  // are not.
+  // differ strongly.
   const Eigen::VectorXd range = response.colwise().maxCoeff() - response.colwise().minCoeff();
   std::vector<double> steps;
   for (Eigen::Index i = 1; i < n; ++i) {

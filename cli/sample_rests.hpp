@@ -7,26 +7,26 @@
 
 namespace axiscal::cli {
 
-/// Restores the sign of counts that were printed as unsigned numbers, and leaves out readings of
-/// erased memory (65535 in every axis). Prints notes.
+/// Restores the sign of counts that were printed as unsigned numbers. Removes readings of erased
+/// memory (65535 in every axis). Prints notes.
 void restore_count_signs(Run& run);
 
-/// Averages the raw samples of an instrument that measures gravity to one reading per rest. Prints
-/// a note. Readings with poses do not change.
+/// Averages the raw samples of an instrument that measures gravity, to one reading per rest. Prints
+/// a note. A run whose readings have poses is not changed.
 /// @param instrument  the kind of instrument.
 /// @return true if the readings of the run are now means of rests.
 bool gather_rests(const std::string& instrument, Run& run);
 
-/// Labels readings on the faces of a cube: by the file names, if there is one file per face
-/// ("x_up.csv"), otherwise by the measured gravity. Prints a note. Readings in more than 8
-/// orientations do not change.
+/// Labels each reading with the face of the cube on the table. The faces are taken from the file
+/// names if each face has its own file ("x_up.csv"), otherwise from the measured gravity. Prints a
+/// note. Readings in more than 8 orientations are not changed.
 /// @param run  run of a three-axis accelerometer, after gather_rests().
-/// @throws RefusedError  if the faces cannot be determined, or names and gravity contradict each
-///                       other.
+/// @throws RefusedError  if the faces cannot be determined, or file names and gravity give
+///                       different faces.
 void label_faces(Run& run);
 
-/// Checks that the rows of a run are readings.
-/// @throws RefusedError  if they are samples of an instrument that was moved.
+/// Checks that each row of a run is a reading at rest.
+/// @throws RefusedError  if the rows are consecutive samples of an instrument that was moved.
 void require_readings(const Run& run);
 
 }  // namespace axiscal::cli

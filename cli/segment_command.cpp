@@ -74,8 +74,8 @@ std::string segmentation_json(const Segmentation& rests, const SeatLabels* label
   return json_text(json);
 }
 
-// Returns the columns by which rests are found: the stated columns, or else x, y, z. If the log
-// lacks x, y, z, these are the columns of its accelerometer.
+// Returns the columns that are used to find rests. Without an option that states them, they are x,
+// y, z. If the log lacks x, y, z, they are the columns of its accelerometer.
 std::vector<std::string> columns_of(const RestOptions& rests, LogFile& log) {
   if (rests.columns || rests.accelerometer) {
     return names_of(rests.columns ? *rests.columns : *rests.accelerometer);

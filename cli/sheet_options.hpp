@@ -27,13 +27,13 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet);
 /// @return the number of replicates (--replicates); 1 by default.
 [[nodiscard]] int replicates_of(const SheetOptions& options);
 
-/// @return the temperatures of the soaks (--temperatures) [degC]; empty by default.
+/// @return the soak temperatures in --temperatures [degC]; empty by default.
 [[nodiscard]] std::vector<double> temperatures_of(const SheetOptions& options);
 
-/// @return the best design of N points for `--design optimal:N`, otherwise nullopt.
+/// @return the optimal design of N points if the option is `--design optimal:N`; otherwise nullopt.
 [[nodiscard]] std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options);
 
-/// @return one replicate of the design that the options state.
+/// @return the points of one replicate of the design in --design.
 [[nodiscard]] std::vector<DesignEntry> design_of(const SheetOptions& options);
 
 /// Reads a run sheet from a file. @throws DataError  if the content of the file is invalid.
@@ -49,7 +49,8 @@ struct RecordingOptions {
 
 void add_recording_options(OptionSet& options, RecordingOptions& recording);
 
-/// @return the requested recording; nullopt if readings of a design are simulated.
+/// @return the recording to simulate; nullopt if the options request readings at design points
+///         instead.
 [[nodiscard]] std::optional<Recording> recording_of(const RecordingOptions& options);
 
 }  // namespace axiscal::cli

@@ -23,7 +23,7 @@ namespace axiscal::cli {
 namespace {
 
 struct SimulateCommand {
-  std::vector<std::string> truths;  ///< a record, or SLOT=RECORD for each slot
+  std::vector<std::string> truths;  ///< file names of records; SLOT=RECORD for several slots
   SheetOptions sheet;
   std::optional<std::string> noise, slope, fence_azimuth, positioner, slot, assembly;
   std::optional<std::string> temperature_sd, resolution, world;
@@ -71,7 +71,7 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
   std::vector<Truth> truths;
   for (const std::string& text : command.truths) {
     const std::size_t parting = text.find('=');
-    // If a file has this whole name, its equals sign does not separate a slot.
+    // If a file has the whole text as its name, the equals sign belongs to the file name.
     const bool has_slot =
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
@@ -118,8 +118,8 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   return options;
 }
 
-// Returns a log of one instrument as CSV, with one row per sample. A recording of turns also
-// contains the readings of an ideal accelerometer.
+// Returns the log of one instrument as CSV with one row per sample. If the instrument is turned,
+// the log also contains the readings of an ideal accelerometer.
 std::string recording_csv(const SensorModel& truth,
                           const Recording& recording,
                           const SheetOptions& sheet,
@@ -192,7 +192,7 @@ int run(const SimulateCommand& command) {
     write_csv(command, recording_csv(truths.front().sensor, *recording, command.sheet, options));
     return 0;
   }
-  // All instruments are read at the same points. The noise of each instrument is independent.
+  // All instruments are read in the same poses, but with independent noise.
   const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
   Observations all;
   std::vector<std::string> columns;

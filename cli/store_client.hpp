@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Access to stores through the program axiscal-store. Only that program links database libraries.
+// Access to stores of calibrations through the program axiscal-store, the only program that links
+// database libraries.
 #pragma once
 
 #include <memory>
@@ -15,11 +16,11 @@ namespace axiscal::cli {
 
 inline constexpr OwnProgram store_program{.name = "axiscal-store", .package = "axiscal-store"};
 
-/// @return true if the text is the address of a store: postgresql://.., or FILE.db.
+/// @return true if the text is the address of a store: `postgresql://..` or `FILE.db`.
 [[nodiscard]] bool is_store(const std::string& text);
 
-/// @return false if the store is a file that does not exist; true for a file that exists and for a
-///         server, whose existence is not checked.
+/// @return false if the store is a file that does not exist. A server is not contacted, so the
+///         result for a server is always true.
 [[nodiscard]] bool is_store_there(const std::string& store);
 
 /// Writes records to a store as soon as they are made.
@@ -41,15 +42,16 @@ class StoreWriter {
   ChildProgram program_;
 };
 
-/// Runs `axiscal store`.
-/// @param arguments  the action and its options, without --store.
+/// Runs `axiscal store ARGUMENTS..`.
+/// @param arguments  action and options, without the option --store.
 /// @return the output of the command.
 /// @throws DataError  if the command fails. It has then printed the reason.
 [[nodiscard]] std::string ask_store(const std::string& store,
                                     const std::vector<std::string>& arguments);
 
-/// @return the records in a folder, in a file of lines (.jsonl, .jsonl.zst), or in a store.
-/// @param text  value of the option: the name of the folder, file or store.
+/// @return the records in a folder, in a file with one record per line (.jsonl, .jsonl.zst), or in
+///         a store.
+/// @param text  name of the folder, file or store.
 /// @throws DataError  if there are no such records.
 [[nodiscard]] RecordTexts named_records(const std::string& text);
 
@@ -63,9 +65,8 @@ class StoreWriter {
                                       const std::string& station,
                                       const std::string& batch);
 
-/// @return the SHA-256 of a record without the time at which it was computed. It is the same for
-/// each
-///         call with the same readings and settings.
+/// @return the SHA-256 of a record without the time at which it was computed, so that calls with
+///         the same readings and settings give the same digest.
 /// @param record  a record in one line, from in_one_line().
 [[nodiscard]] std::string record_digest(const std::string& record);
 

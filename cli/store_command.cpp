@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `store`: calibrations in a database.
+// `axiscal store`: keeps calibrations in a database.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -47,8 +47,8 @@ std::string digest_of_limits(const Verdict& verdict) {
   return sha256_of_text(text);
 }
 
-// Returns the limits that are not met, without measured values, so that units with the same failure
-// have the same text.
+// Returns the limits that are not met. The text contains no measured values, so that units with the
+// same failure have the same text.
 std::string reasons_of(const Verdict& verdict) {
   std::string text;
   for (const LimitVerdict& limit : verdict.limits) {
@@ -62,7 +62,8 @@ std::string reasons_of(const Verdict& verdict) {
   return text;
 }
 
-// Parses a refusal of `calibrate --stream`: {"format": "axiscal-refusal", ..}.
+// Parses the line for an instrument without a record, which `calibrate --stream` wrote: {"format":
+// "axiscal-refusal", ..}.
 StoredCalibration refusal_of(const std::string& line, const std::string& place) {
   try {
     const Json json = Json::parse(line);
@@ -118,7 +119,7 @@ StoredCalibration calibration_of(const std::string& line, const std::string& pla
   return one;
 }
 
-// Parses a record, a refusal, or a line that stored_line() made.
+// Parses one line of input: a record, a refusal, or a record with its origin from stored_line().
 // @param place  file and line, for messages.
 StoredCalibration stored_calibration(const std::string& text, const std::string& place) {
   const auto pieces = json_pieces(
@@ -150,7 +151,7 @@ StoreFilter filter_of(const StoreCommand& command) {
           .until = command.until};
 }
 
-// Adds records to a store, several in one transaction.
+// Adds records to a store. It writes several records in one transaction.
 class Adder {
  public:
   explicit Adder(const StoreCommand& command)
@@ -186,7 +187,7 @@ class Adder {
   std::chrono::steady_clock::time_point committed_ = std::chrono::steady_clock::now();
 };
 
-// Adds the text of a file that contains one record or an array of records.
+// Adds the records in the text of a file: one record, or an array of records.
 void add_document(Adder& adder, const std::string& text, const std::string& path) {
   const std::optional<std::vector<std::string_view>> list = list_of_piece(text);
   if (!list) {
@@ -253,7 +254,7 @@ std::string passed_text(const std::optional<bool>& passed) {
   return !passed ? "" : *passed ? "pass" : "fail";
 }
 
-// The columns of a table of calibrations that come before the coefficients.
+// The columns that precede the coefficients in a table of calibrations.
 const std::vector<std::pair<const char*, std::string (*)(const StoredCalibration&)>>& columns() {
   using One = const StoredCalibration&;
   static const std::vector<std::pair<const char*, std::string (*)(One)>> all = {
@@ -289,8 +290,8 @@ std::string header_of_columns() {
   return header;
 }
 
-// Prints the numbers of good and of all calibrations, and the reasons of the others, the most
-// frequent reason first.
+// Prints the number of good calibrations and the total number. Then prints the reasons why the
+// others are not good, the most frequent reason first.
 int print_yield(const StoreCommand& command, const Store& store) {
   std::size_t all = 0;
   std::size_t good = 0;
@@ -353,8 +354,8 @@ int show(const StoreCommand& command) {
   return 0;
 }
 
-// Writes a table with one row for each calibration and one column for each coefficient that a
-// calibration has.
+// Writes a table with one row per calibration. Each coefficient that occurs in any calibration has
+// a column.
 void export_table(const Store& store, const StoreFilter& filter, const std::string& output) {
   std::vector<std::string> names;
   store.for_each(filter, StoredPart::coefficients, [&](const StoredCalibration& one) {
@@ -382,7 +383,8 @@ void export_table(const Store& store, const StoreFilter& filter, const std::stri
   file.commit();
 }
 
-// The file name of a record: serial number, slot, date, and a part of the digest to make it unique.
+// Returns the file name of a record. It consists of serial number, slot, date, and a part of the
+// digest that makes it unique.
 std::string file_name_of(const StoredCalibration& one) {
   std::string name = one.serial.empty() ? "no-serial" : one.serial;
   name +=
@@ -419,7 +421,8 @@ int export_records(const StoreCommand& command) {
   return 0;
 }
 
-// The difference between a record and its columns in the store; empty if there is none.
+// Compares a record with the columns that the store keeps of it. Returns a text about the
+// difference; empty if there is none.
 std::string defect_of(const StoredCalibration& stored) {
   StoredCalibration own;
   try {

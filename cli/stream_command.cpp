@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `calibrate --stream`: many units, one after another, in constant memory.
+// `calibrate --stream`: calibrates many instruments (units) in sequence, in constant memory.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -34,12 +34,12 @@
 namespace axiscal::cli {
 namespace {
 
-// A unit of the stream, as a separate table.
+// The readings of one unit (instrument) of the stream, as a separate table.
 struct UnitText {
   std::string serial;
-  std::string station, batch;  // from its first reading; may be empty
+  std::string station, batch;  // from the unit's first reading; may be empty
   std::string csv;             // header and rows
-  std::string error;           // reason if the unit cannot be read; otherwise empty
+  std::string error;           // reason why the unit cannot be read; otherwise empty
 };
 
 std::string cell_text(const nlohmann::json& value) {
@@ -56,7 +56,7 @@ std::string cell_text(const nlohmann::json& value) {
   return quoted + "\"";
 }
 
-// Converts a line {"serial": .., "readings": [{"rest": .., "x": ..}, ..]} to a table.
+// Converts a line of JSON to a table: {"serial": .., "readings": [{"rest": .., "x": ..}, ..]}.
 UnitText unit_of_json(std::string_view line) {
   UnitText unit;
   try {
@@ -171,7 +171,7 @@ class UnitReader {
   InputFile file_;
   std::string path_;
   std::string header_;
-  std::size_t serial_ = 0;  // column index; the number of columns if the column is missing
+  std::size_t serial_ = 0;  // index of the column `serial`; number of columns if it is missing
   std::size_t station_ = 0;
   std::size_t batch_ = 0;
   std::optional<UnitText> unit_;
@@ -180,10 +180,10 @@ class UnitReader {
   std::size_t number_ = 0;
 };
 
-// The lines of a unit in the outputs.
+// The output lines of one unit.
 struct StreamedUnit {
   std::string record, row;
-  std::string stored;  // line for the store
+  std::string stored;  // line for axiscal-store
   std::string result;
 };
 
@@ -211,7 +211,8 @@ class Stream {
   [[nodiscard]] bool is_shard() const { return command_.shard.has_value(); }
   [[nodiscard]] bool holds(const UnitText& unit) const { return is_in_shard(shard_, unit.serial); }
 
-  // @param place  index of the unit in the whole input; written with --shard, for `axiscal merge`.
+  // @param place  index of the unit in the whole input. With --shard it is written for `axiscal
+  //               merge`.
   [[nodiscard]] StreamedUnit made(const UnitText& text, std::size_t place) const {
     Unit unit{.serial = text.serial, .result = "error", .reason = text.error};
     if (text.error.empty()) {
@@ -222,7 +223,7 @@ class Stream {
         std::vector<std::string> names;
         unit = calibrate_unit(command_, experiment_, run, text.serial, limits_, earlier_, names);
         unit.serial = text.serial;
-        std::vector<double> cells;  // cells in the order of the header
+        std::vector<double> cells;  // values in the order of the table's header
         for (const std::string& name : parameters_) {
           const auto at = std::find(names.begin(), names.end(), name);
           const auto from = static_cast<std::size_t>(2 * (at - names.begin()));
@@ -262,20 +263,20 @@ class Stream {
   std::vector<std::string> parameters_;
 };
 
-// Returns the result of is_good_result() for a unit, computed from the unit's line in an output
-// file.
+// Returns true if a line of an output file belongs to a unit with a good result (see
+// is_good_result()).
 bool is_good_line(const std::string& line) {
   if (line.starts_with('{')) {
     return line.find("\"format\":\"axiscal-refusal\"") == std::string::npos &&
            line.find("\"status\":\"refused\"") == std::string::npos &&
            line.find("\"verdict\":{\"passed\":false") == std::string::npos;
   }
-  const std::vector<std::string> cells = cells_of(line);  // cells: [unit,] serial, result, ..
+  const std::vector<std::string> cells = cells_of(line);  // columns: [unit,] serial, result
   return std::any_of(cells.begin(), cells.begin() + std::min<std::ptrdiff_t>(3, std::ssize(cells)),
                      is_good_result);
 }
 
-// The units that an earlier call has finished. Their lines in the output files are kept.
+// Counts of the units that an earlier call has finished. Their lines in the output files are kept.
 struct Finished {
   std::size_t units = 0;
   std::size_t good = 0;
@@ -284,9 +285,9 @@ struct Finished {
   std::string last;  // line of the last record
 };
 
-// Finds the finished units of an earlier call: those with complete lines in all outputs.
+// Finds the units that an earlier call has finished. They have complete lines in all outputs.
 Finished finished_units(const CalibrateCommand& command) {
-  // The first `most` lines after the header.
+  // Summary of the first `most` lines after the header.
   struct Lines {
     std::size_t count = 0;
     std::size_t good = 0;
@@ -325,7 +326,8 @@ Finished finished_units(const CalibrateCommand& command) {
   Lines records = lines_of(command.output, 0, all);
   Lines rows = lines_of(command.table, 1, all);
   finished.units = std::min(records.count, rows.count);
-  // If one output has more lines, it is read again up to the last unit that both outputs have.
+  // If one output has more lines, it is read again, only up to the last unit that the other output
+  // has.
   if (command.output && records.count > finished.units) {
     records = first_lines(*command.output, 0, finished.units);
   }
@@ -342,7 +344,8 @@ Finished finished_units(const CalibrateCommand& command) {
   return finished;
 }
 
-// A set of texts, stored as hashes. If the set has reached 32 MB, it does not insert more texts.
+// A set of texts, stored as hashes of 64 bits. At its maximum size of 32 MB it accepts no more
+// texts.
 class SerialsSeen {
  public:
   // @return false if the text was inserted before.
@@ -359,7 +362,7 @@ class SerialsSeen {
         }
       }
     }
-    const std::uint64_t hash = hash_of(text) | 1U;  // not 0, which marks a free place
+    const std::uint64_t hash = hash_of(text) | 1U;  // the hash is never 0, which marks a free place
     std::uint64_t* const place = place_of(hash);
     if (*place == hash) {
       return false;
@@ -388,12 +391,12 @@ class SerialsSeen {
   std::size_t count_ = 0;
 };
 
-// The key of a unit with its readings: SHA-256 of the readings, and serial number.
+// Returns the key of a unit with its readings: the SHA-256 of the readings, then the serial number.
 std::string unit_key(const std::string& serial, const std::string& sha256) {
   return sha256 + " " + serial;
 }
 
-// The keys (unit_key()) of the units in a store.
+// Returns the keys (see unit_key()) of all units in a store.
 SerialsSeen stored_units(const std::string& store) {
   SerialsSeen units;
   if (!is_store_there(store)) {
@@ -417,8 +420,8 @@ SerialsSeen stored_units(const std::string& store) {
   return units;
 }
 
-// Checks that the last line of the output belongs to `unit`.
-// @throws RefusedError  if it does not.
+// Checks that the last line of the earlier output belongs to `unit`, so that the input is the same.
+// @throws RefusedError  if it belongs to another unit.
 void require_same_unit(const Finished& finished, const UnitText& unit) {
   if (!finished.last.empty() && finished.last.find(sha256_of_text(unit.csv)) == std::string::npos) {
     throw RefusedError(formatted(
@@ -453,7 +456,7 @@ int run_stream(const CalibrateCommand& given) {
   std::optional<LineFile> records;
   std::optional<LineFile> table;
   std::optional<StoreWriter> database;
-  std::optional<SerialsSeen> stored;  // units in the store; they are not calibrated again
+  std::optional<SerialsSeen> stored;  // units in the store, which are not calibrated again
   SerialsSeen seen;
   if (command.store) {
     if (command.resume && !command.output && !command.table) {
@@ -477,7 +480,7 @@ int run_stream(const CalibrateCommand& given) {
   std::size_t rows_of_last = 0;  // number of readings of the last unit
   std::size_t good = finished.good;
   std::size_t total = finished.units;
-  std::size_t present = finished.units;  // number of units from an earlier call
+  std::size_t present = finished.units;  // number of units that an earlier call has finished
   using Pieces = std::vector<std::pair<UnitText, std::size_t>>;
   constexpr std::size_t at_once = 16;
   const auto next = [&]() -> std::optional<std::function<std::vector<StreamedUnit>()>> {

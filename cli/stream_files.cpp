@@ -76,7 +76,8 @@ struct LineSource {
 };
 
 #ifdef AXISCAL_ZSTD
-// Reads a compressed file. Each of its frames contains whole lines, as LineFile writes them.
+// Reads the lines of a compressed file. LineFile writes whole lines into each zstd frame of the
+// file.
 std::size_t read_frames(LineSource& file, const TakeLine& take) {
   std::string bytes;
   std::size_t done = 0;
@@ -89,7 +90,7 @@ std::size_t read_frames(LineSource& file, const TakeLine& take) {
     while (more && at < bytes.size()) {
       const std::size_t size = ZSTD_findFrameCompressedSize(bytes.data() + at, bytes.size() - at);
       if (ZSTD_isError(size) != 0) {
-        break;  // more bytes are needed, or the writer was killed
+        break;  // the frame is incomplete: more bytes must be read, or the writer was killed
       }
       const unsigned long long length = ZSTD_getFrameContentSize(bytes.data() + at, size);
       constexpr unsigned long long most = 1ULL << 30U;

@@ -122,9 +122,9 @@ int merge_shards(const StudyCommand& command) {
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
 }
 
-// Returns the standard deviation of a reading, one value for each axis.
+// Returns the standard deviation of a reading for each axis.
 // @param m        number of axes.
-// @param scatter  standard deviation of the readings of a record; may be empty.
+// @param scatter  standard deviations of a record's readings, used without --noise; may be empty.
 Eigen::VectorXd noise_of(const StudyCommand& command,
                          Eigen::Index m,
                          const Eigen::VectorXd& scatter) {
@@ -148,7 +148,7 @@ StudySetup setup_of(const StudyCommand& command) {
   if (has_truth == !command.experiment.files.empty()) {
     throw UsageError("study: give either an EXPERIMENT.json or --truth RECORD.json");
   }
-  Eigen::VectorXd scatter;  // standard deviation of the record's readings
+  Eigen::VectorXd scatter;  // standard deviations of the record's readings
   if (has_truth) {
     const Calibration record = read_calibration(*command.truth);
     setup.truth = record.sensor;

@@ -19,7 +19,7 @@ struct Subcommand {
   const char* footer;  ///< text at the end of its full help
   /// Registers the options. The returned action runs after they are parsed.
   std::function<Action(OptionSet& options)> define;
-  OwnProgram program = {};  ///< program that runs it; without a name: the calling program
+  OwnProgram program = {};  ///< program that runs the subcommand; if it has no name, this program
 };
 
 /// @param add_options  function that registers the options of a Command.

@@ -27,9 +27,10 @@ Subcommand simulate_subcommand();
 Subcommand study_subcommand();
 Subcommand template_subcommand();
 
-/// Subcommands that other programs run (core/own_program.hpp). Their options are defined here, so
-/// that `axiscal` can print their help and check the command line.
-/// @param run  runs the subcommand in its program; null in `axiscal`, which starts that program.
+/// Subcommands that other programs run (see core/own_program.hpp). Their options are defined here,
+/// so that `axiscal` can print the help and check the command line.
+/// @param run  function that runs the subcommand; null in `axiscal`, which starts the other
+///             program.
 Subcommand acquire_subcommand(int (*run)(const AcquireCommand& command));
 Subcommand export_subcommand(int (*run)(const ExportCommand& command));
 Subcommand import_subcommand(int (*run)(const ImportCommand& command));

@@ -20,7 +20,7 @@ constexpr const char* green = "32";
 constexpr const char* yellow = "33";
 constexpr const char* red = "31";
 
-// True for a terminal with colours, unless NO_COLOR is set (no-color.org).
+// Returns true if a descriptor is a terminal with colours and NO_COLOR is not set (no-color.org).
 bool has_colours(int descriptor) {
   const char* const none = std::getenv("NO_COLOR");
   const char* const terminal = std::getenv("TERM");

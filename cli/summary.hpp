@@ -16,7 +16,7 @@ void write_text(const std::string& path, const std::string& text);
 /// Writes a text to stdout like write_text(). A closed pipe does not change the exit status.
 void print_result_text(const std::string& text);
 
-/// Prints the verdict on a calibration, the last line on stdout. On a terminal it has the colour of
+/// Prints the verdict on a calibration as the last line on stdout. On a terminal, its colour shows
 /// the status, unless NO_COLOR is set.
 void print_verdict(const Calibration& calibration);
 
@@ -24,14 +24,14 @@ void print_verdict(const Calibration& calibration);
 void set_quiet(bool quiet);
 [[nodiscard]] bool is_quiet();
 
-/// Prints a line that is not an error on stderr.
+/// Prints a line on stderr that does not report an error.
 void print_line(const std::string& text);
 
 /// Shows the progress of the work on one line of stderr, if stderr is a terminal.
 /// @param text  text to show; if it is empty, the line is cleared.
 void print_progress(const std::string& text);
 
-/// Prints a remark on stderr, wrapped to 80 columns; warnings in colour on a terminal.
+/// Prints a remark on stderr, wrapped to 80 columns. On a terminal, warnings have a colour.
 /// @param what  the label, "note" or "warning".
 void print_remark(const char* what, const std::string& text);
 

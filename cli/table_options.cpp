@@ -20,8 +20,8 @@
 namespace axiscal::cli {
 namespace {
 
-// Returns the name of the sensor in recordings for a kind of instrument; empty if recordings do not
-// have such a sensor.
+// Returns the name that a recording gives to the sensor of a kind of instrument; empty if
+// recordings have no such sensor.
 std::string_view sensor_name(const std::string& kind) {
   for (const InstrumentKind& known : instrument_kinds()) {
     if (known.name == kind) {
@@ -48,8 +48,9 @@ bool has_column(const TableText& table, const std::string& name) {
                      });
 }
 
-// Returns the columns to use if the table lacks the axes: those of its sensor of the wanted kind,
-// or x, y, z. nullopt if the table lacks these too.
+// Returns the columns to use if the table lacks the axes. They are the columns of the table's
+// sensor of the wanted kind, or x, y, z. The result is nullopt if the table lacks these columns
+// too.
 std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& wanted) {
   const bool has_one =
       std::any_of(wanted.axes.begin(), wanted.axes.end(),
@@ -75,7 +76,7 @@ std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& w
   return plain;
 }
 
-// Converts those columns of the axes whose header states another unit than `wanted`.
+// Adds the conversion of those axes whose column has another unit in its header than `wanted`.
 void convert_units(const std::string& path,
                    const WantedColumns& wanted,
                    const TableText& table,
@@ -116,8 +117,8 @@ void convert_units(const std::string& path,
   }
 }
 
-// Applies --temperature-column. The option states one column for all axes, one column per axis in
-// their order, or NAME=COLUMN for axes or slots.
+// Applies the option --temperature-column. It states one column for all axes, or one column for
+// each axis in the order of the axes, or NAME=COLUMN for each axis or slot.
 void rename_temperatures(const std::string& text,
                          const std::vector<std::string>& axes,
                          std::vector<MappedColumn>& renamed) {
@@ -159,8 +160,8 @@ void rename_temperatures(const std::string& text,
   }
 }
 
-// Three columns whose names consist of one of the words and an axis, for example true_x, true_y,
-// true_z; empty if there are no such columns.
+// Returns three columns whose names combine one of the words with x, y and z, for example true_x,
+// true_y, true_z. The result is empty if there are no such columns.
 std::vector<std::string> three_of(const TableText& table,
                                   std::initializer_list<std::string_view> words) {
   for (const std::string_view word : words) {
@@ -184,8 +185,8 @@ std::vector<std::string> three_of(const TableText& table,
   return {};
 }
 
-// Renames the columns of the true field to fx, fy, fz, and the columns of the measured field to the
-// names of the axes.
+// Maps the columns of the true field to fx, fy, fz, and the columns of the measured field to the
+// axes.
 void name_truth_and_measured(const std::string& path,
                              const WantedColumns& wanted,
                              const TableText& table,
@@ -202,7 +203,8 @@ void name_truth_and_measured(const std::string& path,
           ? wanted.axes
           : three_of(table, {"meas", "measured", "raw", "reading", "sensor", "output", "read"});
   if (truth.empty() || measured.empty()) {
-    // Prints a warning if columns that may contain the field in the sensor are not used.
+    // Prints a warning if the table has unused columns that may contain the field in the sensor's
+    // frame.
     const std::vector<std::string> fields =
         three_of(table, {"b", "h", "coil", "i", "current", "field"});
     if (has_axes && !fields.empty() &&
@@ -225,13 +227,13 @@ void name_truth_and_measured(const std::string& path,
                                  path, joined(truth), joined(measured)));
 }
 
-// A column with words for faces, which is read as column `rest` or `fence`.
+// A column with words for faces, which is read as the column `rest` or `fence`.
 struct FaceColumn {
   MappedColumn column;
   std::string words;
 };
 
-// The position of the faces that a column names, according to the heading of the column.
+// The position of the named faces according to the heading of a column: down, up or at the fence.
 enum class FaceHeading { down, up, at_fence, other };
 
 FaceHeading heading_of(const std::string& name) {
@@ -248,9 +250,10 @@ FaceHeading heading_of(const std::string& name) {
              : FaceHeading::other;
 }
 
-// Returns true if the readings show that the named faces were up: the readings of an axis are then
-// higher for its positive face than for its negative face. Returns false if the named faces were
-// down, and nullopt if the readings do not show the position.
+// Determines from the readings whether the named faces were up. If they were up, the readings of an
+// axis are higher for its positive face than for its negative face.
+// @return true if the faces were up, false if they were down, nullopt if the readings do not show
+//         it.
 std::optional<bool> named_faces_are_up(const TableText& table,
                                        const std::vector<std::string>& axes,
                                        const std::vector<MappedColumn>& renamed,
@@ -284,8 +287,8 @@ std::optional<bool> named_faces_are_up(const TableText& table,
     if (of_plus > 0 && of_minus > 0) {
       votes += plus / of_plus > minus / of_minus ? 1 : -1;
     } else if (of_plus + of_minus > 0) {
-      // The first rows name only one face of the axis. The sign of the reading decides, because a
-      // bias is always less than 1 g.
+      // The first rows name only one face of this axis, so the sign of the reading decides. This
+      // assumes a bias of less than 1 g.
       votes += of_plus > 0 ? (plus > 0.0 ? 1 : -1) : (minus < 0.0 ? 1 : -1);
     }
   }
@@ -296,11 +299,11 @@ std::optional<bool> named_faces_are_up(const TableText& table,
 struct WordsOfFaces {
   std::string name;
   std::vector<std::optional<FaceInWords>> faces;  // faces in the first rows
-  std::string first;                              // first cell
+  std::string first;                              // text of the column's first cell
   FaceHeading heading = FaceHeading::other;
 };
 
-// Finds the columns whose words in the first rows are faces.
+// Finds the columns that contain words for faces in the first rows.
 // @throws DataError  if most words of a column are faces, but some are not.
 std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableText& table) {
   const bool has_size = has_column(table, "rate") || has_column(table, "rate_dps") ||
@@ -335,8 +338,8 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
     column.heading = heading_of(column.name);
     found.push_back(std::move(column));
   }
-  // If no other column names faces, the heading "side" does not mean the face at the fence, but the
-  // face that is up or down.
+  // If this is the only column that names faces, the heading "side" does not mean the face at the
+  // fence. It then means the face that is up or down.
   const bool has_rest = std::any_of(found.begin(), found.end(), [](const WordsOfFaces& one) {
     return one.heading != FaceHeading::at_fence;
   });
@@ -350,7 +353,8 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
   return found;
 }
 
-// Returns the columns that name faces and whose headings are not `rest` or `fence`.
+// Returns the columns whose words name faces, to be read as `rest` and `fence`. The list is empty
+// if the table already has columns with labels of poses.
 std::vector<FaceColumn> face_columns(const std::string& path,
                                      const WantedColumns& wanted,
                                      const TableText& table,
@@ -378,8 +382,8 @@ std::vector<FaceColumn> face_columns(const std::string& path,
     }
     const std::optional<bool> by_readings =
         feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, words.faces) : std::nullopt;
-    // Whether a face is up or down is taken from the cell if it states this, or else from the
-    // heading, or else from the readings.
+    // The cell, the heading and the readings can show whether a face was up or down. The first of
+    // them that shows it decides.
     const auto of_cell = [is_fence, heading = words.heading, by_readings](const std::string& cell) {
       const std::optional<FaceInWords> face = face_in_words(cell);
       if (!face) {

@@ -20,21 +20,23 @@ struct TableOptions {
 
 void add_table_options(OptionSet& options, TableOptions& table);
 
-/// Adds the option --definitions. add_table_options() adds it too.
+/// Adds the option --definitions, for subcommands without add_table_options(), which also adds it.
 void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions);
 
-/// Registers the folder of message definitions for all later readers of bags.
+/// Registers the folder of --definitions, which defines the messages in bags, for all later readers
+/// of bags.
 /// @throws DataError  if add_message_definitions() throws it.
 void take_definitions(const std::optional<std::string>& definitions);
 
-/// Adds the option --limit. add_table_options() adds it too.
+/// Adds the option --limit, for subcommands without add_table_options(), which also adds it.
 void add_limit_option(OptionSet& options, std::optional<std::string>& limits);
 
-/// @param limits  value of --limit: NAME=VALUE,..
+/// @param limits  value of --limit, in the form NAME=VALUE,..
 /// @throws UsageError  if a name is unknown, or a value is not a number.
 [[nodiscard]] ReadLimits limits_of(const std::optional<std::string>& limits);
 
-/// @return the format according to --map, --names and --limit. Also registers --definitions.
+/// @return the format that --map, --names and --limit state. Also registers the folder of
+///         --definitions.
 [[nodiscard]] LogFormat format_of(const TableOptions& options);
 
 /// An open table.
@@ -43,26 +45,27 @@ struct OpenTable {
   std::unique_ptr<CsvReader> csv;
 };
 
-/// The requested columns of a table, besides its labels.
+/// The columns that a reader requests from a table, besides the labels of poses.
 struct WantedColumns {
   std::vector<std::string> axes;
-  /// The kind of the instrument. If the table lacks the axes but has one sensor of that kind (or x,
-  /// y, z), the sensor's columns are used, with a note. Empty: only the axes are used.
+  /// Kind of the instrument. If the table lacks the axes but has one sensor of that kind, the
+  /// columns of this sensor are used, or else x, y, z. A note reports this. If the kind is empty,
+  /// only the axes are used.
   std::string kind;
-  /// Requested unit of the readings. Columns whose header states another unit are converted, or
-  /// refused if that unit is of another quantity. Empty or "1": columns are not converted.
+  /// Unit to which the readings are converted if a column's header states another unit. Units of
+  /// another quantity are refused. If the unit is empty or "1", columns are not converted.
   std::string unit;
-  /// Kind of instrument whose sensor is read from a recording, a flight log or a bag. Empty: a
-  /// recording is refused.
+  /// Kind of the instrument whose sensor is read from a recording, a flight log or a bag. If it is
+  /// empty, such files are refused.
   std::string of_recording;
-  /// Kind of instrument, if columns with words for faces may be used as `rest` and `fence`. The
-  /// readings of an accelerometer show whether a named face was up or down. Empty: such columns are
-  /// not used.
+  /// Kind of the instrument, if columns with words for faces may be used as `rest` and `fence`. For
+  /// an accelerometer, the readings show whether a named face was up or down. If the kind is empty,
+  /// such columns are not used.
   std::string faces_of;
 };
 
 /// Opens a table in any layout. Prints notes on the columns that are used.
-/// @param read  function that returns the bytes of the table; empty: they are read from the path.
+/// @param read  function that returns the bytes of the table; if it is empty, the file is read.
 /// @throws DataError  if TableText or CsvReader cannot read the table.
 [[nodiscard]] OpenTable open_table(
     const std::string& path,
@@ -71,12 +74,13 @@ struct WantedColumns {
     CsvReader::Quotes quotes = CsvReader::Quotes::span_lines,
     const std::function<std::size_t(char* buffer, std::size_t size)>& read = {});
 
-/// @return the kind of sensor to look for in recordings; empty if recordings have no such sensor.
+/// @return the kinds of sensor in recordings that match a kind of instrument; empty if there are
+///         none.
 /// @param kind  kind of instrument.
 [[nodiscard]] std::vector<SeriesKind> kinds_of(const std::string& kind);
 
-/// @return the sensor of a table that matches a kind of instrument; nullopt unless there is exactly
-///         one. If the kind matches no sensor at all, every sensor matches.
+/// @return the only sensor of a table that matches a kind of instrument; nullopt if several or none
+///         match. If recordings have no sensor of that kind, every sensor matches.
 [[nodiscard]] std::optional<LogSensor> sensor_of_kind(const TableText& table,
                                                       const std::string& kind);
 

@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// The files of cli/templates, one for each of the formats that a user writes by hand.
+/// The example files in the folder cli/templates, one for each format that a user writes by hand.
 [[nodiscard]] std::string_view experiment_template();
 [[nodiscard]] std::string_view laboratory_template();
 [[nodiscard]] std::string_view limits_template();

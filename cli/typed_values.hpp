@@ -39,28 +39,31 @@ namespace axiscal::cli {
 /// Parses a pitch formula, asin or atan2. @throws UsageError with the name of the option.
 [[nodiscard]] PitchFormula pitch_formula_of(std::string_view option, const std::string& text);
 
-/// Parses --tolerances: NAME=SD,.. @throws UsageError if a name or number is invalid.
+/// Parses the value of --tolerances, NAME=SD,.. @throws UsageError if a name or number is invalid.
 [[nodiscard]] Tolerances tolerances_of(const std::string& text);
 
-/// Parses --world: NAME=V,.. or the name of a file. @throws UsageError, DataError if it is invalid.
+/// Parses the value of --world, NAME=V,.. or a file name. @throws UsageError, DataError if it is
+/// invalid.
 [[nodiscard]] World world_of_option(const std::string& text);
 
-/// Makes a site from --latitude, --longitude and --height. Missing values are those of `otherwise`.
+/// Makes a site from --latitude, --longitude and --height. A missing value is taken from
+/// `otherwise`.
 /// @throws UsageError if a value is out of range.
 [[nodiscard]] Site site_of_options(const std::optional<std::string>& latitude,
                                    const std::optional<std::string>& longitude,
                                    const std::optional<std::string>& height,
                                    Site otherwise);
 
-/// Parses --date. @return seconds since 1970, UTC. @throws UsageError if the text is not a date.
+/// Parses --date.
+/// @return the time in seconds since 1970-01-01 UTC.
+/// @throws UsageError if the text is not a date.
 [[nodiscard]] double date_of_option(const std::string& text);
 
-/// Parses --calibrated: a date, or date and time, of ISO 8601.
-/// @return the date in the form of records: 2026-11-20, or 2026-11-20T20:04:54Z.
-/// @throws UsageError if the text is not a date.
+/// Parses --calibrated, a date or a date with time in ISO 8601.
+/// @return the text as it is written in records: 2026-11-20, or 2026-11-20T20:04:54Z.
 [[nodiscard]] std::string calibrated_of_option(const std::string& text);
 
-/// Parses --slope: X,Y. @throws UsageError unless X^2 + Y^2 < 1.
+/// Parses the value of --slope, X,Y. @throws UsageError unless X^2 + Y^2 < 1.
 [[nodiscard]] Eigen::Vector2d slope_of_option(const std::string& text);
 
 /// Parses --method. @throws UsageError if the value is unknown.

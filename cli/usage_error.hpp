@@ -5,12 +5,12 @@
 
 namespace axiscal::cli {
 
-/// The command line is wrong: exit status 2.
+/// Error in the command line. The exit status is 2.
 class UsageError : public Error {
  public:
   using Error::Error;
 
-  /// @param where  the subcommand or option that caused an error of the library.
+  /// @param where  the subcommand or option whose value caused the error of the library.
   UsageError(const std::string& where, const Error& error)
       : Error(where + ": " + error.what(), error.settings()) {}
 };

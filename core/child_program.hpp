@@ -13,18 +13,20 @@ namespace axiscal {
 /// A program that runs in a separate process, connected by a pipe.
 class ChildProgram {
  public:
-  /// The standard stream of the program that is connected to the pipe.
+  /// The standard stream that the pipe replaces in the program.
   enum class Pipe { standard_input, standard_output };
 
   struct Streams {
     Pipe pipe = Pipe::standard_output;
-    std::string input_file;     ///< standard input; empty: the pipe, or that of this process
-    bool hides_errors = false;  ///< true: standard error is discarded
+    /// The file that the program reads as its standard input. If empty, the program reads the pipe
+    /// or inherits the standard input of this process.
+    std::string input_file;
+    bool hides_errors = false;  ///< true: the program's standard error is discarded
   };
 
   /// Starts the program.
   /// @param arguments  the arguments after the program's name.
-  /// @throws RefusedError  if it is not installed or cannot be started.
+  /// @throws RefusedError  if the program is not installed or cannot be started.
   ChildProgram(const OwnProgram& program,
                const std::vector<std::string>& arguments,
                const Streams& streams);
@@ -33,19 +35,19 @@ class ChildProgram {
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
 
-  /// Writes to its standard input.
+  /// Writes to the standard input of the program.
   /// @return false if the program has ended.
   [[nodiscard]] bool write(std::string_view bytes) const;
 
-  /// Reads from its standard output.
+  /// Reads from the standard output of the program.
   /// @return the number of bytes; 0 at the end.
   [[nodiscard]] std::size_t read(char* buffer, std::size_t size) const;
 
-  /// @return the rest of its standard output.
+  /// @return the rest of the program's standard output.
   [[nodiscard]] std::string read_all() const;
 
   /// Closes the pipe and waits for the end of the program.
-  /// @return its status in the form of waitpid().
+  /// @return the program's exit status, encoded as by waitpid().
   int wait();
 
  private:

@@ -6,7 +6,7 @@
 
 namespace axiscal {
 
-/// Writes all bytes. If a signal interrupts a write, it continues.
+/// Writes all bytes. It continues if a signal interrupts it.
 /// @return false if the bytes cannot all be written; errno is then set.
 [[nodiscard]] bool write_all(int descriptor, std::string_view bytes) noexcept;
 

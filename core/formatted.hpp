@@ -12,11 +12,12 @@
 
 namespace axiscal {
 
-/// Does the work of formatted(). Only formatted.cpp and write_number.cpp compile the rest of fmt.
+/// Implements formatted(). It is not inline, so that files with this header do not compile all of
+/// fmt.
 [[nodiscard]] std::string formatted_all(fmt::string_view text, fmt::format_args values);
 
-/// Returns a text with values in place of its {}: `formatted("run {}: {}", run, why)`. The format
-/// specifiers are those of fmt: {:.3g}, {:>8}, {{ for a brace.
+/// Returns the text with each {} replaced by a value: `formatted("run {}: {}", run, why)`. The
+/// format specifiers are those of fmt: {:.3g}, {:>8}, {{ for a brace.
 ///
 /// Numbers are written as by fmt, independent of the locale. Use number_text() for a double that is
 /// read again later.

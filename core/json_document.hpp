@@ -22,16 +22,16 @@ using Json = nlohmann::ordered_json;
 /// size.
 class JsonValue {
  public:
-  /// The root value of a file.
+  /// Makes the root value of a file.
   JsonValue(Json document, std::string path);
 
   [[nodiscard]] JsonValue at(std::string_view key) const;  ///< a required member
   [[nodiscard]] std::optional<JsonValue> find(
-      std::string_view key) const;                        ///< nullopt if it is absent or null
+      std::string_view key) const;                        ///< nullopt if the key is absent or null
   [[nodiscard]] std::vector<JsonValue> elements() const;  ///< the elements of an array
   /// Calls `take` for each row of a table. A table is an array of objects, or an object of arrays
-  /// of equal length (see JsonColumns). In the second form, row i is an object of the i-th
-  /// elements.
+  /// of equal length (see JsonColumns). In the second form, row i is an object that consists of the
+  /// i-th element of each array.
   void for_each_row(const std::function<void(const JsonValue&)>& take) const;
   [[nodiscard]] double number() const;
   [[nodiscard]] double number_or_nan() const;  ///< NaN if the value is null
@@ -40,12 +40,12 @@ class JsonValue {
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] bool is_array() const { return value_->is_array(); }
-  [[nodiscard]] bool is_object() const { return value_->is_object(); }  ///< true for a row too
+  [[nodiscard]] bool is_object() const { return value_->is_object(); }  ///< also true for a row
   [[nodiscard]] bool is_text() const { return value_->is_string(); }
-  /// The entries must be finite.
+  /// @return the numbers of an array; all must be finite.
   [[nodiscard]] Eigen::VectorXd vector(std::optional<Eigen::Index> size = {}) const;
   [[nodiscard]] Eigen::VectorXd vector_or_nan(std::optional<Eigen::Index> size = {}) const;
-  /// The entries must be finite.
+  /// @return the numbers of an array of rows; all must be finite.
   [[nodiscard]] Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) const;
   [[nodiscard]] Eigen::MatrixXd matrix_or_nan(Eigen::Index rows, Eigen::Index columns) const;
   [[nodiscard]] std::vector<std::string> texts() const;
@@ -64,7 +64,7 @@ class JsonValue {
   /// Calls check_value(). If it throws a DomainError, throws a DataError with this value's place.
   void check(const std::function<void()>& check_value) const;
 
-  /// @return the value as JSON, e.g. to be read as a file of its own.
+  /// @return the value as JSON text, for example to parse it as a separate file.
   [[nodiscard]] std::string dump() const { return value_->dump(); }
 
   [[noreturn]] void fail(std::string_view what) const;
@@ -92,11 +92,11 @@ class JsonValue {
 
   std::shared_ptr<const File> file_;
   const Json* value_;
-  std::optional<std::size_t> row_;  // row number, if the value is a row of columns
+  std::optional<std::size_t> row_;  // row number, if the value is a row of a table
 };
 
-/// @return the parsed text; a discarded value if the text is not JSON, or is nested more than 1,000
-///         levels deep.
+/// @return the parsed text. If the text is not JSON or is nested more than 1,000 levels deep, the
+///         result is a value for which is_discarded() is true.
 [[nodiscard]] Json json_or_discarded(std::string_view text);
 
 /// @throws DataError  `PATH:LINE: ...` if the text is not JSON, or is nested too deep.
@@ -104,7 +104,7 @@ class JsonValue {
 
 /// @return the value as readable text that ends with a line feed. Each member has its own line, an
 ///         array of numbers is on one line, a double has the shortest text that reads back to it,
-///         and NaN is null. JsonColumns are empty afterwards, to save memory.
+///         and NaN is null. To save memory, the function empties the JsonColumns in `value`.
 [[nodiscard]] std::string json_text(Json& value);
 
 /// Receives a piece of a text. The piece is valid only during the call.
@@ -113,13 +113,13 @@ using TakeText = std::function<void(std::string_view)>;
 /// As json_text(), but passes the text to `take` piece by piece.
 void put_json(Json& value, const TakeText& take);
 
-/// @return the value that parsing the result of json_text() would give, without writing the text
-///         again. Its JsonColumns are empty.
-/// @param value  a value after json_text().
+/// @return the value that would result from writing `value` as text and parsing that text. No text
+///         is written. The JsonColumns of the result are empty.
+/// @param value  a value that json_text() has already written once.
 [[nodiscard]] JsonValue json_round_trip(Json value, std::string path);
 
 /// A table that is stored by columns. The column of a member contains its value in each row, or
-/// null if a row lacks the member. The values are stored as the text for the file.
+/// null if a row lacks the member. The values are stored as JSON text, as it will be in the file.
 class JsonColumns {
  public:
   /// @param rows  the expected number of rows, for which memory is reserved; 0: unknown.
@@ -128,7 +128,7 @@ class JsonColumns {
   /// Starts the next row.
   void begin_row();
 
-  void put_number(std::string_view key, double number);  ///< null if it is not finite
+  void put_number(std::string_view key, double number);  ///< writes null if it is not finite
   void put_integer(std::string_view key, int number);
   void put_text(std::string_view key, std::string_view text);
   void put_numbers(std::string_view key, const Eigen::Ref<const Eigen::VectorXd>& numbers);
@@ -140,7 +140,7 @@ class JsonColumns {
  private:
   struct Column {
     std::string name;
-    // Each cell ends with a line feed, because JSON on one line contains no line feed.
+    // The texts of the cells. A line feed ends each cell; the JSON of a cell contains no line feed.
     std::string cells;
     std::size_t count = 0;
     bool holds_lists = false;

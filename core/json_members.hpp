@@ -17,8 +17,8 @@
 
 namespace axiscal {
 
-/// Reads and writes a struct's members by one list of calls, so that both directions have the same
-/// format. The same calls write the members to JSON or read them from a file.
+/// Reads or writes the members of a struct. One list of calls does both: it writes the members to
+/// JSON or reads them from a file. Therefore both directions have the same format.
 ///
 /// An unknown number is NaN in the struct and null in the file. Calls throw as JsonValue does.
 class JsonMembers {
@@ -29,8 +29,8 @@ class JsonMembers {
 
   [[nodiscard]] bool reads() const { return from_ != nullptr; }
 
-  /// The object itself, for a value that spans several members. It is not available while a row of
-  /// a table is written.
+  /// The JSON object itself, for a value that is stored in several members. It is not available
+  /// while a row of a table is written.
   [[nodiscard]] Json& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
 
@@ -69,7 +69,7 @@ class JsonMembers {
     return reads() ? from_->find(key).has_value() : there;
   }
 
-  /// A required member: a text, number, flag, or a list of texts or integers.
+  /// Reads or writes a required member: a text, number, flag, or a list of texts or integers.
   template <typename Value>
   void need(const char* key, Value& value) {
     if (reads()) {
@@ -79,7 +79,7 @@ class JsonMembers {
     }
   }
 
-  /// A member that is always written. If a file lacks it, the value does not change.
+  /// Reads or writes a member. If a file lacks it, `value` does not change.
   template <typename Value>
   void value(const char* key, Value& value) {
     if (!reads()) {
@@ -89,7 +89,7 @@ class JsonMembers {
     }
   }
 
-  /// As value(), but not written if the member is empty, 0 or nullopt.
+  /// As value(), but a value that is empty, 0 or nullopt is not written.
   void value_if_any(const char* key, std::string& text) { value_if(!text.empty(), key, text); }
   void value_if_any(const char* key, std::vector<int>& all) { value_if(!all.empty(), key, all); }
   void value_if_any(const char* key, std::vector<std::string>& all) {
@@ -115,10 +115,11 @@ class JsonMembers {
     }
   }
 
-  /// As value(), but not written if the flag equals `usual`.
+  /// As value(), but a flag that equals `usual` is not written.
   void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
 
-  /// A member whose value is one of several names. An empty name in a file does not change `value`.
+  /// Reads or writes a member whose value is one of several names. An empty name in a file does not
+  /// change `value`.
   /// @param name_of  returns the name of a value.
   /// @param parse    returns the value of a name, or nullopt.
   /// @param known    the list of names for the error message; may be empty.
@@ -130,7 +131,7 @@ class JsonMembers {
     choose(key, name, value, parse, known);
   }
 
-  /// As choice(), but the member is omitted if the name is empty.
+  /// As choice(), but a value with an empty name is not written.
   template <typename Value, typename NameOf, typename Parse>
   void choice_if_any(
       const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
@@ -139,7 +140,7 @@ class JsonMembers {
     choose(key, name, value, parse, known);
   }
 
-  /// As choice(), but not written if the value equals `usual`.
+  /// As choice(), but a value that equals `usual` is not written.
   template <typename Value, typename NameOf, typename Parse>
   void choice_unless(const char* key,
                      Value& value,
@@ -152,7 +153,7 @@ class JsonMembers {
     }
   }
 
-  /// A number that is always written. If a file lacks it, it is NaN.
+  /// Reads or writes a number. If a file lacks it, `number` becomes NaN.
   void number(const char* key, double& number) {
     if (reads()) {
       number = not_a_number;
@@ -160,10 +161,10 @@ class JsonMembers {
     value(key, number);
   }
 
-  /// An object {"x": .., "y": ..}; NaN for a number that is absent or null.
+  /// Reads or writes an object {"x": .., "y": ..}. A number that is absent or null becomes NaN.
   void xy(const char* key, double& x, double& y);
 
-  /// A required array [low, high] of two finite numbers.
+  /// Reads or writes a required array [low, high] of two finite numbers.
   void need_pair(const char* key, double& low, double& high);
 
   template <typename Vector>
@@ -205,7 +206,7 @@ class JsonMembers {
     matrix = from_->at(key).matrix(rows, columns);
   }
 
-  /// A required member that is an object.
+  /// Reads or writes a required member that is an object.
   /// @param members  called with the JsonMembers of that object.
   template <typename Members>
   void need_object(const char* key, const Members& members) {
@@ -216,7 +217,7 @@ class JsonMembers {
     }
   }
 
-  /// A member that is an object. It is written only if `where` is true.
+  /// Reads or writes a member that is an object. It is written only if `where` is true.
   template <typename Members>
   void object(const char* key, bool where, const Members& members) {
     if (!reads()) {
@@ -228,9 +229,9 @@ class JsonMembers {
     }
   }
 
-  /// A member that is an object, for an optional struct. It is written only if `value` is present.
+  /// Reads or writes an optional struct as an object. It is written only if `value` is present.
   /// @param members  called with the object's JsonMembers and the struct.
-  /// @param blank    initial value of a struct that is read.
+  /// @param blank    value of the struct before its members are read.
   template <typename Struct, typename Members>
   void object_if_any(const char* key,
                      std::optional<Struct>& value,
@@ -242,9 +243,9 @@ class JsonMembers {
     object(key, value.has_value(), [&](JsonMembers& io) { members(io, *value); });
   }
 
-  /// An array of objects.
+  /// Reads or writes an array of objects, one for each struct.
   /// @param members  called with the JsonMembers and the struct of each object.
-  /// @param blank    initial value of each struct that is read.
+  /// @param blank    value of each struct before its members are read.
   template <typename Struct, typename Members>
   void list(const char* key,
             std::vector<Struct>& all,

@@ -13,15 +13,15 @@
 
 namespace axiscal {
 
-/// Finds members of an object in the text of a file, ten times as fast as the parser. The text
-/// between the members is not checked.
+/// Finds members of a JSON object in its text, ten times as fast as the parser. The text between
+/// the members is not checked.
 ///
 /// @param members  the members' JSON pointers: "/created", "/statistics/covariance".
 /// @param pieces   receives the text of each member's value; entries of missing members do not
 ///                 change.
-/// @return false if the text is not an object, ends early, repeats one of the members or their
-///         parents, contains a name with an escape or a slash, or has a parent that is not an
-///         object. The caller then runs the parser, which reports any error.
+/// @return false if the text is not an object, ends early, repeats a wanted member or one of its
+///         parents, contains a name with an escape or a slash, or if a parent is not an object. The
+///         caller then runs the parser, which reports any error.
 [[nodiscard]] bool find_json_pieces(std::string_view text,
                                     std::span<const std::string_view> members,
                                     std::span<std::string_view> pieces);
@@ -56,8 +56,8 @@ template <std::size_t N>
 /// @return the text; `nullopt` if `piece` is not a text of plain ASCII.
 [[nodiscard]] std::optional<std::string> text_of_piece(std::string_view piece);
 
-/// Iterates over the entries of a list or the members of an object. It stores no entry and does not
-/// parse its content.
+/// Iterates over the entries of a list or the members of an object. It stores no entries and does
+/// not parse their content.
 class JsonEntries {
  public:
   /// @param text  a text that begins with the list or object.

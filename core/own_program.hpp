@@ -6,11 +6,11 @@
 
 namespace axiscal {
 
-/// A program in the same installation as the command `axiscal`, like the programs in git's libexec
-/// folder.
+/// A helper program that is installed together with the command `axiscal`, like the programs in
+/// git's libexec folder.
 struct OwnProgram {
-  const char* name = nullptr;     ///< "axiscal-report"
-  const char* package = nullptr;  ///< the package that installs it
+  const char* name = nullptr;     ///< for example "axiscal-report"
+  const char* package = nullptr;  ///< the software package that contains the program
 };
 
 /// @return the path of the program. The search goes through the folder in AXISCAL_LIBEXEC, the
@@ -18,7 +18,7 @@ struct OwnProgram {
 /// @throws RefusedError  if none of these folders has the program. The message names the package.
 [[nodiscard]] std::string own_program(const OwnProgram& program);
 
-/// Replaces this process by the program.
+/// Replaces this process by the program, as exec() does.
 /// @param arguments  the arguments after the program's name.
 /// @throws RefusedError  if the program is not found or cannot be started.
 [[noreturn]] void become(const OwnProgram& program, const std::vector<std::string>& arguments);

@@ -5,8 +5,8 @@
 
 namespace axiscal {
 
-/// A file in the folder that TMPDIR names, or in /tmp. The destructor removes it. If a signal ends
-/// the program, the signal handler removes its name.
+/// A temporary file in the folder that TMPDIR names, or in /tmp. The destructor removes it. If a
+/// signal ends the program, the signal handler removes it.
 class TemporaryFile {
  public:
   /// @throws OutputError  if the file cannot be created.
@@ -15,8 +15,8 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  /// Removes the name but not the content. The system deletes the content when the program ends,
-  /// even if the program is killed.
+  /// Removes the file from its folder, but keeps it open. The system deletes its content when the
+  /// program ends, even if the program is killed.
   void remove_name();
 
   /// @return a path by which this process can open the file.

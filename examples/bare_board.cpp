@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrates the IMU of a bare board that is turned by hand between rests in any attitude. The
-// accelerometer is calibrated by the magnitude of gravity, the gyroscope by the turns.
+// Calibrates the IMU of a bare board. The board is turned by hand, and rests in any attitude
+// between the turns. The magnitude of gravity calibrates the accelerometer, and the turns calibrate
+// the gyroscope.
 #include <axiscal/core/units.hpp>
 #include <axiscal/logs/imu.hpp>
 #include <axiscal/logs/simulate_log.hpp>
@@ -23,13 +24,13 @@ int main() {
   options.accelerometer = {"ax", "ay", "az"};
   options.gyroscope = {"gx", "gy", "gz"};
   options.gyroscope_unit = "deg/s";
-  options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;  // the frame's z is axis az
+  options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;  // the frame's z is along az
   const axiscal::ImuCalibration found = axiscal::calibrate_imu(log, options);
 
   std::printf("%zu rests, threshold of the variance %.2g, attitude error %.2f degrees\n",
               found.rests.intervals.size(), found.rests.threshold,
               found.turns->residual_sd_rad * axiscal::deg_per_rad);
-  double worst = 0.0;  // largest distance from the truth, in standard uncertainties
+  double worst = 0.0;  // largest |error| / standard uncertainty
   const auto compare = [&worst](const axiscal::Calibration& record,
                                 const axiscal::LinearResponse& truth) {
     const std::vector<std::string>& axes = record.sensor.instrument.axes;

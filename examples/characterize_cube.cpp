@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures a new cube with three calibrated instruments, and calibrates a fourth instrument in this
-// cube twice: with the cube as drawn, and with the cube as measured.
+// Measures a new cube with three calibrated instruments. Then calibrates a fourth instrument in
+// this cube twice: first with the nominal cube, then with the measured cube.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/characterize.hpp>
 #include <axiscal/calib/simulate.hpp>
@@ -21,7 +21,7 @@ axiscal::SensorModel instrument(double bias) {
   return truth;
 }
 
-// Six replicates of the 12 points, with a noise of 5e-6 g.
+// Simulates six replicates of the 12 design points, with a noise of 5e-6 g.
 axiscal::Observations read_in(const axiscal::Positioner& cube,
                               const axiscal::SensorModel& truth,
                               const Eigen::Vector2d& slope,
@@ -38,8 +38,8 @@ double error_of(const axiscal::Calibration& found, const axiscal::SensorModel& t
 }  // namespace
 
 int main() {
-  // The faces of the new cube are out of square by 2 mrad (one standard deviation). The old cube is
-  // exact.
+  // The faces of the new cube deviate from right angles by 2 mrad (standard deviation). The cube of
+  // the first calibrations is exact.
   axiscal::RandomStream workshop(4);
   const axiscal::CubeFeet drawing = axiscal::feet_of_frame({});
   const axiscal::Positioner made =
@@ -70,9 +70,9 @@ int main() {
       "%.2f\n",
       1e6 * result.normal_u_rad, result.p_value);
 
-  // The fourth instrument. Its true frame is that of the drawing. The frame of the measured cube is
-  // the one in which the measured normals fit the drawing best, so a mount includes the rotation
-  // between the two frames.
+  // The true frame of the fourth instrument is that of the drawing. The frame of the measured cube
+  // is the one in which its normals fit the drawing best. The rotation between the two frames is
+  // part of the mount.
   const axiscal::SensorModel fourth = instrument(0.07);
   const axiscal::Observations readings = read_in(made, fourth, {-0.002, 0.001}, 99);
   const double nominal = error_of(axiscal::calibrate(experiment, readings), fourth);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Helmholtz coil around the cube, with its current in both directions. This separates the Earth's
-// field from the field of the coil.
+// Calibrates in a Helmholtz coil around the cube, with the current in both directions. Readings
+// with opposite currents separate the Earth's field from the field of the coil.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/field/coil_field.hpp>
@@ -30,7 +30,7 @@ int main() {
   truth.response.bias = Eigen::Vector3d(5.0, -3.0, 1.0);
   truth.response.sensitivity = 0.98 * Eigen::Matrix3d::Identity();
 
-  // Each point with the current in both directions: level +1 and -1.
+  // Each design point is read with the current in both directions: level +1 and -1.
   std::vector<axiscal::DesignEntry> design = axiscal::standard_design(12);
   for (axiscal::DesignEntry entry : axiscal::standard_design(12)) {
     entry.level = -1.0;
@@ -39,8 +39,7 @@ int main() {
   const axiscal::Observations readings = axiscal::simulate(
       truth, axiscal::make_run_sheet(design, 1, 9), {.noise_sd = 0.02, .seed = 9});
 
-  // The inputs of the calibration are the coil, and the magnitude of the Earth's field without its
-  // direction.
+  // The calibration knows the coil and the magnitude of the Earth's field, but not its direction.
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = axiscal::GeomagneticField();

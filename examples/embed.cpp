@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uses the library in a program of your own: the readings come from memory, and the error messages
-// state the remedy.
+// Uses the library in a program. The readings come from memory. An error message states what to do.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/calib/uncertainty.hpp>
@@ -13,7 +12,7 @@ int main() {
   experiment.instrument.unit = "counts";
   experiment.field = axiscal::GravityField();
 
-  // The readings of your driver [counts]: one row for each orientation of the cube.
+  // Readings from a driver [counts], one row per orientation of the cube.
   Eigen::MatrixXd response(4, 3);
   response << -8190.0, 12.0, -30.0,  //
       8194.0, 15.0, -28.0,           //
@@ -29,7 +28,7 @@ int main() {
     std::printf("refused: %s\n", error.what());
   }
 
-  // Readings at all 12 design points, here simulated, are enough.
+  // Readings at all 12 design points suffice; here they are simulated.
   axiscal::SensorModel truth;
   truth.instrument = experiment.instrument;
   truth.field.kind = "gravity";

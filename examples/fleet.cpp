@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A factory test of ten thousand units with one design. The design is factored once. The fit of a
-// unit then needs only a few products, and one vector instruction serves several units. A unit that
-// fails is calibrated in full.
+// Tests ten thousand units of one design in a factory. The matrix of the design is factored only
+// once. The fit of a unit then needs only a few products, and one vector instruction serves several
+// units. A unit that fails is calibrated in full.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/repeated_design.hpp>
 #include <axiscal/calib/simulate.hpp>
@@ -21,13 +21,13 @@ int main() {
   ideal.response.sensitivity = Eigen::Matrix3d::Identity();
   const Eigen::MatrixXd fields = axiscal::simulate(ideal, sheet).response;  // 12 x 3
 
-  // The readings of all units: one row for each reading, three columns for each unit.
+  // Readings of all units, with one row per design point and three columns per unit.
   axiscal::RandomStream random(7);
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> readings(12, 3 * units);
   for (Eigen::Index column = 0; column < 3 * units; ++column) {
     Eigen::Vector3d row = 0.01 * random.normals<3>();
     row(column % 3) += 2.5;
-    const bool is_bad = column == 4711 * 3 + 1;  // one has a loose axis
+    const bool is_bad = column == 4711 * 3 + 1;  // one axis of one unit is loose
     for (Eigen::Index i = 0; i < 12; ++i) {
       readings(i, column) =
           0.02 + fields.row(i).dot(row) + (is_bad ? 5e-3 : 1e-4) * random.normal();

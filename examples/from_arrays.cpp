@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of the README with readings from arrays: twelve design points and twelve rows.
+// The program of README.md with arrays instead of a file: twelve design points and twelve readings.
 #include <axiscal/axiscal.hpp>
 #include <cstdio>
 #include <vector>
 
 int main() {
-  // The output of a data acquisition system: the orientation of the cube, and the readings of the
-  // axes [V].
+  // The data that a data acquisition system would provide: the pose of the cube, and the readings
+  // of the axes [V].
   std::vector<axiscal::DesignPoint> points;
   for (const axiscal::DesignEntry& entry : axiscal::standard_design(12)) {
     points.push_back(entry.point);

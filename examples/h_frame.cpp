@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two instruments in an H-shaped frame, one on either side of its web, calibrated by one run.
+// Calibrates two instruments in one run. They are mounted on the two sides of the web of an
+// H-shaped frame.
 #include <axiscal/calib/assembly.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/field/gravity_field.hpp>
@@ -13,8 +14,8 @@ int main() {
   experiment.field = axiscal::GravityField();
   experiment.positioner = axiscal::Positioner().with_mounts(mounts);
 
-  // Both instruments are read at the same 12 points; a data logger would write columns left.x,
-  // left.y, ...
+  // Both instruments are read at the same 12 design points. A data logger would write the columns
+  // left.x, left.y, ..
   std::vector<axiscal::SlotObservations> readings;
   for (const axiscal::Mount& mount : mounts) {
     axiscal::SensorModel truth;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrates an IMU in a 3-D printed cube. One log, recorded while the cube was laid on its faces,
-// gives three records. The seats are recognised, so no run sheet or turntable is needed.
+// Calibrates an IMU in a 3-D printed cube. One log is recorded while the cube is placed on its
+// faces, and gives three records. The poses are recognised, so no run sheet and no turntable are
+// needed.
 #include <axiscal/calib/calibration_json.hpp>
 #include <axiscal/core/units.hpp>
 #include <axiscal/logs/imu.hpp>
@@ -10,7 +11,8 @@
 #include <vector>
 
 int main() {
-  // The unknown truth: raw counts of an MPU-9250, with errors of some per cent.
+  // The true IMU, which the calibration does not know: raw counts of an MPU-9250 with errors of
+  // some per cent.
   axiscal::ImuSimulation imu;
   imu.accelerometer.bias = Eigen::Vector3d(120.0, -340.0, 560.0);
   imu.accelerometer.sensitivity = 16384.0 * Eigen::Matrix3d::Identity();
@@ -23,7 +25,7 @@ int main() {
   imu.accelerometer_sd = 40.0;
   imu.gyroscope_sd = 6.0;
   imu.magnetometer_sd = 1.0;
-  imu.slope = {0.01, -0.02};  // a kitchen table
+  imu.slope = {0.01, -0.02};  // slope of a kitchen table
   const axiscal::RecordedLog log = axiscal::simulate_imu_log(
       imu, axiscal::attitudes_of(axiscal::make_run_sheet(axiscal::standard_design(12), 1, 5)));
 
@@ -40,7 +42,7 @@ int main() {
     std::printf("%s\n", note.c_str());
   }
   for (const axiscal::Calibration& record : found.records()) {
-    // A parameter is named after its axis, and an axis after its column of the log: "ax.bias".
+    // Parameters are named after the column of the axis in the log, for example "ax.bias".
     const std::vector<std::string>& axes = record.sensor.instrument.axes;
     std::printf(
         "%s by %s: bias %.1f %.1f %.1f, sensitivity of x %.1f\n", record.provenance.slot.c_str(),
@@ -48,7 +50,7 @@ int main() {
         record.parameter(axes[0] + ".bias").value, record.parameter(axes[1] + ".bias").value,
         record.parameter(axes[2] + ".bias").value,
         record.parameter(axes[0] + ".sensitivity.x").value);
-    // axiscal::calibration_json(record) is the text of the record's file.
+    // axiscal::calibration_json(record) returns the text of a record file.
     if (axiscal::calibration_json(record).empty()) {
       return 1;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A magnetometer on the kitchen table: no level and no compass are needed, only the site and 12
-// poses of a cube.
+// Calibrates a magnetometer on a kitchen table. It needs only the site and 12 poses of a cube, but
+// no level and no compass.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/core/rotation.hpp>
@@ -10,7 +10,7 @@
 #include <cstdio>
 
 int main() {
-  // The truth: a table that is tilted and turned, a magnetometer with iron around it.
+  // The true conditions: the table is tilted and turned, and there is iron near the magnetometer.
   const axiscal::Site kitchen{.latitude_deg = 48.14, .longitude_deg = 11.58, .height_m = 520.0};
   const axiscal::GeomagneticField earth(kitchen, 2026.5, "uT");
   axiscal::SensorModel truth;
@@ -26,7 +26,7 @@ int main() {
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 3),
                         {.noise_sd = 0.05, .seed = 3});
 
-  // The known inputs: place and date of the kitchen, but not the orientation of the table.
+  // The calibration knows the place and the date, but not the orientation of the table.
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = earth;

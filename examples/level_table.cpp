@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels a table on three screws: reads, turns the screws and reads again, until the remaining
-// turns are too small for a hand.
+// Levels a table on three screws. It takes readings and turns the screws in several rounds, until
+// the remaining turns are too small to be made by hand.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/field/gravity_field.hpp>
@@ -9,7 +9,7 @@
 #include <cstdio>
 
 int main() {
-  axiscal::SensorModel truth;  // the instrument on the table
+  axiscal::SensorModel truth;  // the true instrument, which the calibration does not know
   truth.instrument.kind = "inclinometer";
   truth.field.kind = "gravity";
   truth.field.unit = "g";
@@ -19,12 +19,12 @@ int main() {
   axiscal::Surface table;
   table.adjusters_m = {{0.1, 0.0}, {-0.1, 0.08}, {-0.1, -0.08}};
   table.thread_pitch_m = 0.5e-3;
-  const double smallest_turn = 0.005;  // the smallest turn of a screw by hand [turns]
+  const double smallest_turn = 0.005;  // smallest turn that a hand can make [turns]
 
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = axiscal::GravityField();
-  Eigen::Vector2d slope(0.004, -0.006);  // the true slope, unknown to the calibration
+  Eigen::Vector2d slope(0.004, -0.006);  // true slope, which the calibration does not know
   for (std::uint64_t round = 1; round <= 5; ++round) {
     axiscal::SimulationOptions options;
     options.noise_sd = 1e-5;
@@ -54,7 +54,8 @@ int main() {
       std::printf("all remaining turns are smaller than the smallest turn of a screw\n");
       break;
     }
-    // The slope changes by the slope of the plane through the raised screws.
+    // The amounts by which the screws were raised define a plane. Its slope is added to that of the
+    // table.
     const double along_x = (0.5 * (raised(1) + raised(2)) - raised(0)) / -0.2;
     const double along_y = (raised(1) - raised(2)) / 0.16;
     slope += Eigen::Vector2d(along_x, along_y);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds north by the Earth's rotation, with a simulated navigation-grade gyroscope.
+// Finds the direction of north from the Earth's rotation, with a simulated navigation-grade
+// gyroscope.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/core/rotation.hpp>
@@ -18,7 +19,7 @@ int main() {
   truth.response.bias = Eigen::Vector3d(0.4, -0.2, 0.1);
   truth.response.sensitivity =
       (Eigen::Matrix3d() << 1.0002, 3e-4, -2e-4, 1e-4, 0.9998, 2e-4, 0.0, -3e-4, 1.0001).finished();
-  // Ten minutes at each point with an angular random walk of 0.002 deg/sqrt(h) give a noise of
+  // A measurement of ten minutes with an angular random walk of 0.002 deg/sqrt(h) has a noise of
   // 0.005 deg/h.
   const axiscal::Observations readings =
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 11),
@@ -26,7 +27,7 @@ int main() {
 
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  // The azimuth of the fence is unknown to the calibration.
+  // The calibration does not know the azimuth of the fence.
   experiment.field = axiscal::EarthRotationField(site, "deg/h");
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
   for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A reference field of your own: derive from ReferenceField and calibrate against it.
+// Defines a new reference field by deriving from ReferenceField, and calibrates with it.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <cstdio>
 
-// The cube stands on a table in a centrifuge: gravity and a centripetal part to the north.
+// The field on a table in a centrifuge: gravity, and a centripetal acceleration to the north.
 class CentrifugeField final : public axiscal::ReferenceField {
  public:
   CentrifugeField(double radius_m, double rate_rad_per_s)
@@ -31,7 +31,7 @@ int main() {
   truth.response.sensitivity = 50.0 * Eigen::Matrix3d::Identity();
   axiscal::SimulationOptions options;
   options.noise_sd = 0.05;
-  options.slope = {0.01, -0.02};  // unknown to the calibration
+  options.slope = {0.01, -0.02};  // the calibration does not know the slope
   const axiscal::Calibration result = axiscal::calibrate(
       experiment, axiscal::simulate(
                       truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1), options));

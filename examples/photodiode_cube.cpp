@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Six photodiodes on a cube under one lamp. Each responds only to light from its front.
+// Calibrates six photodiodes on a cube under one lamp. Each diode responds only to light from its
+// front.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/reduction.hpp>
 #include <axiscal/calib/simulate.hpp>
@@ -30,7 +31,7 @@ axiscal::SensorModel six_photodiodes(const Eigen::Vector3d& lamp) {
 }
 
 axiscal::Calibration calibrated(const axiscal::SensorModel& truth) {
-  // Every point with the lamp on (level 1) and off (level 0).
+  // Each design point is read with the lamp on (level 1) and off (level 0).
   std::vector<axiscal::DesignEntry> design = axiscal::standard_design(12);
   for (axiscal::DesignEntry entry : axiscal::standard_design(12)) {
     entry.level = 0.0;
@@ -41,7 +42,7 @@ axiscal::Calibration calibrated(const axiscal::SensorModel& truth) {
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = axiscal::LightField();
-  experiment.field.in_table = truth.field.in_table;  // a rough value is enough for method joint
+  experiment.field.in_table = truth.field.in_table;  // method joint needs only a rough value
   return axiscal::calibrate(experiment, readings);
 }
 
@@ -60,7 +61,7 @@ int main() {
                   quantity.values[2]);
     }
   }
-  // Measures the direction of a light source with the diodes that face it.
+  // Measures the direction of a light source. Only the diodes that face the source respond.
   const axiscal::Reducer reducer(result);
   const Eigen::Vector3d source = Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
   const Eigen::VectorXd readings = truth.response.at(source).cwiseMax(truth.response.bias);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans a calibration: finds the number of replicates that gives an uncertainty of 0.005 degrees,
-// and the effect of the cube's tolerances.
+// Plans a calibration. It finds the number of replicates for an uncertainty of 0.005 degrees, and
+// the effect of tolerances of the cube.
 #include <axiscal/calib/forecast.hpp>
 #include <axiscal/calib/tolerance.hpp>
 #include <axiscal/core/units.hpp>
@@ -32,7 +32,7 @@ int main() {
     }
   }
 
-  // The effect of a workshop's tolerances if the calibration assumes the nominal cube.
+  // Simulates cubes with the tolerances of a workshop. The calibration assumes the nominal cube.
   axiscal::ToleranceStudy study;
   study.nominal = setup.nominal;
   study.design = setup.design;

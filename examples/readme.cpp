@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of the README: calibrates with twelve readings of a file, prints a summary, and
-// reduces a reading to an angle.
+// The program of README.md. It calibrates with twelve readings from a file, prints a summary, and
+// converts a reading to an angle.
 #include <axiscal/axiscal.hpp>
 #include <cstdio>
 
@@ -9,7 +9,7 @@ int main() {
   const axiscal::Calibration cal =
       axiscal::calibrate(run, axiscal::accelerometer("V"), axiscal::gravity());
   std::puts(axiscal::summary(cal).c_str());
-  const axiscal::Quantity bias = cal.parameter("x.bias");  // value, u, U, dof
+  const axiscal::Quantity bias = cal.parameter("x.bias");  // members value, u, U and dof
   std::printf("bias of x %.5f +- %.5f V (95 %%)\n", bias.value, bias.U);
   const axiscal::Reducer reduce(cal);
   const double volts[] = {0.870, 0.0, 2.360};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Applies a calibration in a control loop. Only the construction of the reducer allocates memory;
+// Applies a calibration in a control loop. The constructor of Reducer allocates memory, but
 // reduce() does not.
 #include <array>
 #include <atomic>
@@ -12,7 +12,7 @@ namespace {
 std::atomic<long> allocations = 0;
 }
 
-// Counts allocations, to show that there are none.
+// Counts the allocations, to show that the loop makes none.
 void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size)) {
@@ -28,7 +28,7 @@ void operator delete(void* memory, std::size_t) noexcept {
 }
 
 int main() {
-  // A program would usually call axiscal::read_calibration("cal.json").
+  // A real program would call axiscal::read_calibration("cal.json") instead.
   axiscal::Calibration calibration;
   calibration.sensor.instrument.kind = "accelerometer";
   calibration.sensor.field.kind = "gravity";

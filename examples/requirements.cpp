@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests by simulation that two practical requirements are met.
+// Simulates two practical requirements and tests that they are met.
 //
-// A wind-tunnel inclinometer must give pitch and roll to +-0.005 degrees (95 %) in any attitude. It
-// is calibrated in a cube whose faces were measured to 15 microradians. The pitch is computed by
-// the arctangent, which is as accurate at 90 degrees as at 0.
+// First, a wind-tunnel inclinometer must give pitch and roll to +-0.005 degrees (95 %) in any
+// attitude. It is calibrated in a cube whose face normals have an uncertainty of 15 microradians.
+// The pitch is computed by the arctangent, which is as accurate at 90 degrees as at 0.
 //
-// NIST states type-B bounds of 1e-5 of the sensitivity, 5e-5 of cross-axis sensitivity and 0.005
-// degrees. A cube meets these bounds if the heights of its feet have a standard deviation of 2.5
-// micrometres. The feet are 54 mm apart on 90 mm faces (feet_of_frame).
+// Second, NIST states type-B bounds of 1e-5 for the sensitivity, 5e-5 for the cross-axis
+// sensitivity and 0.005 degrees for angles. A cube meets these bounds if the heights of its feet
+// have a standard deviation of 2.5 micrometres. The feet are 54 mm apart on faces of 90 mm
+// (feet_of_frame()).
 #include <cmath>
 #include <cstdio>
 
@@ -30,7 +31,8 @@ axiscal::SensorModel inclinometer() {
   return truth;
 }
 
-// A cube whose face normals have the standard uncertainty u [rad] about both edges of the face.
+// Returns a cube with measured normals. Their standard uncertainty is u [rad] about each of the two
+// edges of a face.
 axiscal::Positioner measured_cube(double u) {
   axiscal::PositionerDescription description;
   axiscal::NormalCovariance covariance = axiscal::NormalCovariance::Zero();
@@ -57,7 +59,8 @@ double largest_expanded_deg(const axiscal::Calibration& calibration) {
           axiscal::field_of_attitude(calibration.sensor, pitch * axiscal::rad_per_deg,
                                      roll * axiscal::rad_per_deg));
       for (const axiscal::AttitudeQuantity& quantity : budget.quantities) {
-        // The uncertainty of roll grows as 1 / cos(pitch), so roll is tested only near pitch 0.
+        // The uncertainty of roll grows with 1 / cos(pitch), so roll is tested only at pitch angles
+        // near 0.
         const double across = std::cos(pitch * axiscal::rad_per_deg);
         const bool pitch_angle = quantity.name == "pitch_deg";
         const bool roll_angle = quantity.name == "roll_deg" && across > 0.99;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs an experiment file, which states the instrument, the field, the method and the files of the
-// readings. examples/experiments contains NAME.json for each instrument, field and frame
-// (docs/experiments.md).
+// Runs an experiment file, which states the instrument, the field, the method and the files with
+// the readings. The folder examples/experiments contains such a file for each instrument, field and
+// frame (see docs/experiments.md).
 #include <axiscal/calib/calibrate_run.hpp>
 #include <axiscal/calib/experiment_json.hpp>
 #include <axiscal/calib/run.hpp>

@@ -9,8 +9,8 @@
 
 namespace axiscal {
 
-/// Converts the level of a reading to and from JSON: a number, or an object with a number for each
-/// part's name.
+/// Converts the level of a reading to and from JSON. The JSON is one number, or an object that
+/// contains a number for each named part.
 [[nodiscard]] Json level_json(const FieldLevel& level);
 [[nodiscard]] FieldLevel level_of(const JsonValue& json);
 
@@ -21,8 +21,8 @@ void read_field(const JsonValue& json, FieldSetup& field);
 /// @throws DataError  if the JSON does not have this form, or a kind or unit is not known.
 void field_member(JsonMembers& io, const char* key, FieldSetup& field);
 
-/// Reads or writes second fields: a kind's name, an object, or an array. They are written as an
-/// array of objects.
+/// Reads or writes the second fields of an experiment (option --also). The input may be the name of
+/// a kind, an object, or an array of both. The output is an array of objects.
 void second_fields_member(JsonMembers& io, const char* key, std::vector<FieldSetup>& also);
 
 }  // namespace axiscal

@@ -15,17 +15,17 @@ struct EllipsoidReadings {
   std::array<double, 3> b{};
 };
 
-/// The weights of the readings' deviations.
+/// The weights of the readings' deviations from the ellipsoid.
 struct EllipsoidWeights {
   const double* root_weights = nullptr;  ///< square roots of the weights, n entries
-  /// C = A N A^T; N is the covariance of a reading up to a factor.
+  /// The matrix C = A N A^T; N is the covariance of a reading, up to a factor.
   std::array<std::array<double, 3>, 3> C{};
-  bool symmetric = false;  ///< true if A is symmetric: one parameter for A_jk and A_kj
+  bool symmetric = false;  ///< true if A is symmetric, so that A_jk and A_kj are one parameter
 };
 
 /// The output columns, n entries each.
 struct EllipsoidRows {
-  /// Root weight divided by (u^T C u)^1/2, the standard deviation of |f|.
+  /// Square root of the weight, divided by the standard deviation (u^T C u)^1/2 of |f|.
   double* scale = nullptr;
   double* residuals = nullptr;  ///< scale times (|f| - 1), with f = A (v - b)
   /// Derivatives of the residuals with respect to b, then to A's entries on and above the diagonal,
@@ -33,14 +33,14 @@ struct EllipsoidRows {
   std::array<double*, 9> jacobian{};
 };
 
-/// Computes the rows of a linearised fit. With f = A (v - b) and u = f / |f|, the derivatives are
-/// d|f| / db = -A^T u and d|f| / dA_jk = u_j (v - b)_k.
+/// Computes the residuals and derivatives for a linearised fit of the ellipsoid. With f = A (v - b)
+/// and u = f / |f|, the derivatives are d|f| / db = -A^T u and d|f| / dA_jk = u_j (v - b)_k.
 void ellipsoid_rows(const EllipsoidReadings& readings,
                     const EllipsoidWeights& weights,
                     const EllipsoidRows& rows);
 
 /// @param scale  EllipsoidRows::scale, n entries.
-/// @return the sum of the squares of scale times (|f| - 1). Its last digits depend on the
+/// @return the sum of (scale (|f| - 1))^2 over the readings. Its last digits depend on the
 ///         instruction set.
 [[nodiscard]] double ellipsoid_squares(const EllipsoidReadings& readings, const double* scale);
 

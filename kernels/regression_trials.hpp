@@ -18,7 +18,7 @@ struct RegressionTrials {
   std::vector<double> unscaled_variance;  ///< diagonal of (X^T X)^-1, p entries
   std::vector<double> truth;              ///< true b, m x p: row k is b of response k
   std::vector<double> noise_sd;           ///< standard deviations of e, one for each response
-  double coverage_factor = 0.0;           ///< t: an interval is estimate +- t * standard error
+  double coverage_factor = 0.0;           ///< t in the interval estimate +- t * standard error
 };
 
 /// Sums over trials, for one parameter of one response.
@@ -29,7 +29,7 @@ struct RegressionTrialSums {
   double covered = 0.0;    ///< number of intervals that contain the truth
 };
 
-/// Number of trials in a block. Each block has one seed.
+/// Number of trials in a block. Each block has its own random numbers.
 inline constexpr std::size_t regression_trials_block = 4096;
 
 /// Runs one block of trials: adds normal noise to the readings X b, fits each response, and
@@ -37,11 +37,11 @@ inline constexpr std::size_t regression_trials_block = 4096;
 ///
 /// The trials of a block depend only on the seed and on the block's number b. Eight streams of
 /// xoshiro256++ are seeded from (seed, b), and each stream runs every eighth trial. Therefore the
-/// trials do not depend on the number of threads or on the width of the machine's vectors. Normals
-/// are drawn by Box and Muller.
+/// trials do not depend on the number of threads or on the width of the machine's vectors. Normal
+/// random numbers are drawn by the method of Box and Muller.
 ///
 /// @param count  number of trials to run, at most regression_trials_block.
-/// @return m x p sums, parameter j of response k at k p + j.
+/// @return m x p sums; those of parameter j of response k are at the index k p + j.
 /// @par Source
 /// D. Blackman, S. Vigna, "Scrambled linear pseudorandom number generators", ACM Trans. Math.
 /// Softw. 47 (2021); G. E. P. Box, M. E. Muller, Ann. Math. Statist. 29 (1958).
@@ -54,7 +54,7 @@ inline constexpr std::size_t regression_trials_block = 4096;
 [[nodiscard]] std::vector<RegressionTrialSums> run_regression_trials_plain(
     const RegressionTrials& trials, std::uint64_t seed, std::uint64_t block, std::size_t count);
 
-/// Draws the normal numbers of the trials: number i of stream s is at 8 i + s.
+/// Draws the normal random numbers of a block of trials. Number i of stream s is at index 8 i + s.
 /// @param values  receives the numbers; its size must be a multiple of 16.
 void fill_normals(std::uint64_t seed, std::uint64_t block, std::span<double> values);
 

@@ -6,12 +6,13 @@
 
 namespace axiscal {
 
-/// Computes sliding variances of several columns: for each window of consecutive samples, the sum
-/// over columns of variance^2. It is small at rest and large in motion (Tedaldi et al. 2014).
+/// Computes sliding variances of several columns. For each window of consecutive samples, the
+/// result is the sum of the squared variances of the columns. It is small at rest and large in
+/// motion (Tedaldi et al. 2014).
 ///
-/// The windows are computed in blocks of 8160. Within a block, running sums of x and x^2, relative
-/// to a reference value, are updated from window to window. They are computed anew for each block,
-/// so that rounding errors do not accumulate.
+/// The windows are computed in blocks of 8160. Within a block, running sums of x and x^2 are
+/// updated from window to window; x is the difference of a sample from a reference value. The sums
+/// are computed anew for each block, so that rounding errors do not accumulate.
 ///
 /// @param columns  columns of n finite samples each.
 /// @param window   number of samples in a window, 2 .. n.

@@ -10,29 +10,30 @@ namespace axiscal {
 
 /// The readings of a gyroscope from one rest to the next: samples of three axes, and their times.
 struct TurnSamples {
-  std::array<std::span<const double>, 3> rate;  ///< readings v, n samples each
+  std::array<std::span<const double>, 3> rate;  ///< readings v, n samples for each axis
   std::span<const double> time_s;               ///< n times, ascending
 };
 
-/// The result of a turn: the attitude at its end, and its derivative with respect to B.
+/// The result for one turn: the attitude at its end, and the derivative of this attitude with
+/// respect to the matrix B (see PackedTurns).
 struct IntegratedTurn {
-  /// R(T) as a unit quaternion (w, x, y, z): the rotation from the sensor's frame at the end to its
-  /// frame at the start.
+  /// R(T), the rotation from the sensor's frame at the end to the sensor's frame at the start, as a
+  /// unit quaternion (w, x, y, z).
   std::array<double, 4> attitude = {1.0, 0.0, 0.0, 0.0};
   /// Derivatives of R(T) with respect to the entries of B. Column 3 p + q is the integral of R(t)
   /// e_p (v - b)_q dt. It is the small rotation per unit of B_pq, as a vector in the sensor's frame
   /// at the start.
   std::array<std::array<double, 9>, 3> sensitivity{};
-  /// The integral of R(t) dt [s]. An error e of the bias turns R(T) by this integral times B e.
+  /// The integral of R(t) dt [s]. An error e of the bias rotates R(T) by this integral times B e.
   std::array<std::array<double, 3>, 3> rotation_integral{};
 };
 
-/// Turns that are integrated many times with different B. They are stored once, in groups of eight
-/// turns.
+/// Turns of a gyroscope that are stored once, in groups of eight, and integrated many times with
+/// different matrices B. R(t) is the attitude, w the angular rate, v a reading and b the bias:
 ///
 ///     dR/dt = R [w cross],   w = B (v - b)
 ///
-/// w is linear between samples. Each step is the rotation vector
+/// The rate w is taken as linear between samples. Each step is the rotation vector
 /// (w0 + w1) dt / 2 + (w0 cross w1) dt^2 / 12 (Magnus series, of fourth order).
 ///
 /// @par Source
@@ -56,17 +57,18 @@ class PackedTurns {
  private:
   struct Group {
     std::size_t steps = 0;
-    std::size_t first = 0;  // index of its first number in samples_
+    std::size_t first = 0;  // index of the group's first number in samples_
   };
   template <typename Integrator>
   [[nodiscard]] std::vector<IntegratedTurn> integrated_by(const Integrator& integrate_group,
                                                           std::span<const double, 9> B) const;
 
   std::vector<Group> groups_;
-  // For each sample: x, y, z and the time step to it, each for eight turns. All groups are in one
-  // allocation, so that its memory can be used again for the next set of turns.
+  // For each sample of a group: x, y, z and the time step that ends at the sample, each for eight
+  // turns. All groups share one allocation, so that its memory can be reused for the next set of
+  // turns.
   std::vector<double> samples_;
-  std::vector<std::size_t> place_;  // for each turn: 8 times its group, plus its lane
+  std::vector<std::size_t> place_;  // for each turn: 8 times the index of its group, plus its lane
 };
 
 }  // namespace axiscal

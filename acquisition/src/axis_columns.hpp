@@ -15,7 +15,7 @@
 
 namespace axiscal {
 
-/// The channel of an axis, or the two channels whose difference is the axis (indices).
+/// The index of the channel of an axis, or of the two channels whose difference is the axis.
 struct AxisColumns {
   std::size_t plus = 0;
   std::optional<std::size_t> minus;
@@ -30,11 +30,11 @@ struct AxisColumns {
 [[nodiscard]] std::vector<AxisColumns> find_axes(const Instrument& instrument,
                                                  const std::vector<Channel>& channels);
 
-/// Finds the channels of the temperatures (indices).
+/// Finds the indices of the temperature channels.
 ///
 /// @param names  one channel for all axes, or one channel for each axis in the order of the axes.
-/// @return these channels. If a single name does not exist: the channels AXIS_temperature of all
-///         axes, or empty if one of them is missing.
+/// @return the indices of these channels. If a single name is stated and does not exist, the
+///         indices of the channels AXIS_temperature of all axes; empty if one of these is missing.
 /// @throws DomainError  if one of several named channels is missing, or if their number is neither
 ///                      1 nor the number of axes.
 [[nodiscard]] std::vector<std::size_t> find_temperatures(const Instrument& instrument,

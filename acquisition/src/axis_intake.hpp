@@ -46,7 +46,7 @@ class AxisIntake {
   // The number of consecutive samples beyond the range, for each axis.
   std::vector<std::size_t> beyond_;
   std::vector<std::string> saturated_;  // names of saturated axes
-  std::vector<std::string> missing_;    // names of axes that are NaN in the last sample
+  std::vector<std::string> missing_;    // names of axes without a value in the last sample
 };
 
 }  // namespace axiscal

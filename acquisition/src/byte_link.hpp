@@ -15,7 +15,7 @@ namespace axiscal {
 struct LinkReport {
   LinkState state = LinkState::open;
   std::string message;
-  bool reopened = false;  ///< the next bytes do not continue the earlier ones
+  bool reopened = false;  ///< true if the next bytes do not continue the earlier ones
 };
 
 /// A stream of bytes from a port, a socket or a pipe. A lost link reopens itself.

@@ -45,17 +45,18 @@ class Decoder {
   std::vector<Channel> channels_;
 };
 
-/// Makes a decoder for lines of text (delimited with or without header, JSON, named fields by a
-/// pattern) or for binary frames. Options: format, names, pattern, frame.
+/// Makes a decoder for binary frames or for lines of text: delimited values with or without a
+/// header, JSON, or text with numbers at the places that a pattern names. Options: format, names,
+/// pattern, frame.
 [[nodiscard]] std::unique_ptr<Decoder> make_decoder(const SourceAddress& address);
 
 /// @param path  file that describes the binary frames (JSON, format "axiscal-frames").
 [[nodiscard]] std::unique_ptr<Decoder> make_frame_decoder(const std::string& path);
 
-/// The options that make_decoder() takes.
+/// @return the names of the options that make_decoder() accepts.
 [[nodiscard]] const std::vector<std::string>& decoder_options();
 
-/// @return the name and the unit in "x", "x [V]" or "x (V)".
+/// @return the channel whose name and unit are written as "x", "x [V]" or "x (V)".
 [[nodiscard]] Channel channel_of(std::string_view text);
 
 }  // namespace axiscal

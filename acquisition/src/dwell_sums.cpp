@@ -19,7 +19,7 @@ void DwellSums::clear() {
   products_.setZero();
 }
 
-// Welford's recurrences (Technometrics 4, 1962), also for the sums of products with the time.
+// Uses Welford's recurrences (Technometrics 4, 1962), also for the products of time and value.
 void DwellSums::add(double time_s, const Eigen::VectorXd& values) {
   if (count_ == 0.0) {
     start_s_ = time_s;

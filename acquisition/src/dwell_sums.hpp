@@ -7,13 +7,13 @@
 
 namespace axiscal {
 
-/// The smallest number of samples in a reading. With fewer samples its scatter is too uncertain.
+/// The smallest number of samples in a reading. With fewer samples, their scatter is too uncertain.
 inline constexpr std::size_t fewest_samples_of_dwell = 10;
 
 /// Tolerance for the comparison of summed times.
 inline constexpr double time_rounding_s = 1e-6;
 
-/// Sums over the samples of one reading, in constant memory: mean, scatter, trend.
+/// Computes mean, scatter and trend of the samples of one reading in constant memory.
 class DwellSums {
  public:
   explicit DwellSums(Eigen::Index axes);

@@ -13,7 +13,7 @@
 namespace axiscal {
 namespace {
 
-// Units that are often confused, and the factor by which a reading in the wrong unit is wrong.
+// Units that are often confused, and the factor by which the wrong unit changes a reading.
 struct UnitMistake {
   double factor;
   std::string_view text;
@@ -37,7 +37,7 @@ double expected_direction_sd(const Experiment& experiment, const FieldDescriptio
   const bool along_normal =
       !field.in_table || field.in_table->head<2>().norm() < 1e-3 * field.in_table->norm();
   constexpr double off_level_rad = 0.02;
-  constexpr double local_field_rad = 0.15;  // because of iron near the table
+  constexpr double local_field_rad = 0.15;  // iron near the table turns the field
   constexpr double any_heading_rad = 0.35;
   if (along_normal) {
     return off_level_rad;

@@ -26,11 +26,11 @@ namespace {
 
 constexpr double store_every_s = 1.0;
 constexpr double shortest_fit_spacing_s = 0.4;
-constexpr double longest_fit_spacing_s = 5.0;  // in sample time, whatever the replay speed
+constexpr double longest_fit_spacing_s = 5.0;  // in sample time, not in real time
 constexpr double share_of_time_for_fits = 0.1;
 constexpr std::size_t fewest_points = 12;   // fewest points for a fit
-constexpr std::size_t most_in_a_fit = 600;  // except for the last fit, which uses all points
-constexpr double novel_step = 0.03;         // least distance from the last point, per radius
+constexpr std::size_t most_in_a_fit = 600;  // limit for each fit except the last one
+constexpr double novel_step = 0.03;         // least distance from the last point / radius
 constexpr double novel_rest_rad = 0.12;     // least angle between a new rest and each earlier rest
 
 double seconds_now() {
@@ -43,7 +43,8 @@ struct FreePoint {
   Eigen::Vector3d values;
 };
 
-// Largest expanded uncertainty of a calibrated direction [deg], from the coefficients only.
+// Returns the largest expanded uncertainty of a measured direction [deg]. Only the uncertainty of
+// the coefficients contributes to it.
 double worst_direction_u_deg(const Calibration& calibration) {
   const Reducer reducer(calibration, {}, Force::yes);
   ReadingNoise none;
@@ -420,7 +421,7 @@ class FreeSession::Engine {
                            ? std::optional(calibration.fit.orientations->fit_error)
                            : std::nullopt;
       free.u_deg =
-          worst_direction_u_deg(calibration);  // from thinned points; all points give no more
+          worst_direction_u_deg(calibration);  // from a subset of points; all of them give less
       show_numbers(calibration);
       why_none_.clear();
     } catch (const Error& error) {
@@ -474,7 +475,7 @@ class FreeSession::Engine {
                             formatted("{:.2f} %", 100.0 * largest)}};
   }
 
-  // ---- words, and the end ----
+  // ---- instructions to the person, and the end ----
 
   void set_next_step_text() {
     const FreeView& free = *view_.free;
@@ -575,7 +576,7 @@ class FreeSession::Engine {
   double now_s_ = 0.0;
   double tried_to_store_s_ = 0.0;
   bool taken_ = false;   // true if the reading of the current rest was taken
-  int known_again_ = 0;  // consecutive rests in directions of earlier rests
+  int known_again_ = 0;  // number of consecutive rests in directions of earlier rests
   bool samples_ended_ = false;
   bool quit_ = false;
   std::size_t fitted_of_ = 0;

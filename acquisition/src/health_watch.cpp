@@ -80,7 +80,8 @@ class HealthWatch::Impl {
     std::optional<SensorTemperature> temperature;
   };
 
-  // A valid reading. The constructor tries it, so that an unsuitable record is reported at once.
+  // Returns the predicted reading in a field along z. The constructor checks this reading, so that
+  // an unsuitable record is reported at once.
   [[nodiscard]] Mean response_of_up() const {
     return {.mean = setup_.calibration.sensor.response.at(
                 setup_.calibration.sensor.field.magnitude * Eigen::Vector3d::UnitZ()),

@@ -31,10 +31,11 @@ void lock(const std::string& path, int descriptor) {
   }
 }
 
-// The longest line of a journal: raw samples that waited while the disk was full are one line.
+// The largest length of a line of a journal [bytes]. It is large because all raw samples that
+// waited while the disk was full are written in one line.
 constexpr std::size_t longest_entry = 64U << 20U;
 
-// Checks that a file is a journal, because no other file may be shortened.
+// Checks that a file is a journal, because Journal::open() must not shorten any other file.
 void check_first_line(const std::string& path, std::string_view line) {
   parse_json(line, path).require_format(journal_format);
 }

@@ -94,7 +94,7 @@ class DelimitedDecoder final : public LineDecoder {
       without_header(sink);
     } else if (cells.size() != channels_.size()) {
       sink.defect();
-      if (from_header_ && !confirmed_) {  // the supposed header was other text
+      if (from_header_ && !confirmed_) {  // the first line was not a header
         channels_.clear();
         has_names_ = false;
         delimiter_ = '\0';
@@ -134,8 +134,8 @@ class DelimitedDecoder final : public LineDecoder {
     }
   }
 
-  // Two consecutive lines with equal numbers of cells define the channels. One line is not enough,
-  // because the first line may be incomplete.
+  // Defines the channels when two consecutive lines have the same number of cells. One line is not
+  // enough, because the first line may be incomplete.
   void without_header(const DecoderSink& sink) {
     if (waiting_.size() != values_.size()) {
       waiting_ = values_;
@@ -186,7 +186,8 @@ class JsonDecoder final : public LineDecoder {
     some ? sink.sample(values_) : sink.defect();
   }
 
-  // {"acc": {"x": 1}, "gyro": [2, 3]} gives the names acc.x, gyro.0, gyro.1.
+  // Appends all numbers to found_, named by their paths: {"acc": {"x": 1}, "gyro": [2, 3]} gives
+  // acc.x, gyro.0 and gyro.1.
   void flatten(const nlohmann::ordered_json& value, const std::string& name) {
     if (value.is_number()) {
       found_.emplace_back(name, value.get<double>());

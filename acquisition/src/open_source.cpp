@@ -147,7 +147,8 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   }
 }
 
-// Lists serial ports by their udev names, which contain maker and model, then other USB ports.
+// Lists serial ports: first those with udev names, which contain maker and model, then other USB
+// ports.
 std::vector<FoundSource> find_serial_ports() {
   std::vector<FoundSource> found;
   std::vector<std::filesystem::path> linked;

@@ -16,20 +16,20 @@ namespace axiscal {
 namespace {
 
 // Another pose is reported if PoseJudgement::log_ratio exceeds this value. log_ratio is computed
-// from chi^2, not from predictive densities. The prior makes a slope near zero improbable. On a
-// level table, predictive densities would therefore take two readings with the same rest face and
-// opposite fence faces for two readings in the same pose.
+// from chi^2 only, without the probability densities of the predictions. These densities contain
+// the prior, for which a slope near zero is improbable. On a level table, two readings with the
+// same rest face and opposite fence faces would therefore be mistaken for the same pose.
 constexpr double telling_log_ratio = 9.0;
 // A pose does not fit if the chi^2 of three axes exceeds this value (about 5 standard deviations).
 constexpr double fitting_misfit = 40.0;
 constexpr double no_pose_misfit = 200.0;
 constexpr std::size_t readings_to_rely_on = 9;
 constexpr int rounds = 6;
-constexpr double wide = 10.0;  // prior standard deviation of unknown biases and scales, relative
+constexpr double wide = 10.0;  // relative prior standard deviation of unknown biases and scales
 constexpr double far_direction_rad = 0.3;
 constexpr double telling_contrast = 0.5;  // smallest useful contrast (see least_contrast())
 
-// The directions of the field from which the fits start.
+// Returns the directions of the field from which the fits start.
 std::vector<Eigen::Vector3d> starts_of(const PoseModelSetup& setup) {
   const Eigen::Vector3d expected =
       setup.field.in_table.value_or(Eigen::Vector3d::UnitZ()).normalized();
@@ -86,8 +86,8 @@ Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matr
   return J;
 }
 
-// Writes the prior of bias, sensitivity, field direction and common scale as weighted equations of
-// the least squares problem: to the rows of J and r from `row` on.
+// Writes the prior of bias, sensitivity, field direction and common scale to J and r as weighted
+// equations of the least-squares problem. The first equation is in row `row`.
 void put_expectations(const PoseModelSetup& setup,
                       const Eigen::MatrixXd& nominal_axes,
                       double scale,
@@ -338,8 +338,8 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
     return {};
   }
   const double placement = placement_sd() * *scale;
-  // The misfit of a pose is the smallest over all fits, which have different field directions. A
-  // pose is therefore doubted only if it contradicts every fit.
+  // The fits differ in the direction of the field. The misfit of a pose is the smallest misfit over
+  // all fits, so that a pose is rejected only if it contradicts every fit.
   const auto misfit_of = [&](const DesignPoint& point) {
     const Eigen::Matrix3d R = rotation_at(reading, point);
     double least = std::numeric_limits<double>::infinity();

@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// Raw samples that wait to be written to the journal. A line of the journal has many samples.
+/// Raw samples that wait to be written to the journal. One line of the journal contains many.
 class RawSamples {
  public:
   void set_channels(const std::vector<Channel>& channels);

@@ -23,7 +23,7 @@ class ReadingList {
   [[nodiscard]] static Json replicate();
   [[nodiscard]] static Json finished();
 
-  /// Changes the list by an entry. An entry of an unknown kind is ignored.
+  /// Applies a journal entry to the list. An entry of an unknown kind is ignored.
   /// @throws DataError  if the entry contradicts the list.
   void apply(const JsonValue& entry);
   void apply(const Json& entry);
@@ -38,8 +38,8 @@ class ReadingList {
   /// @return the next step; nullopt if all steps are done or skipped.
   [[nodiscard]] std::optional<std::size_t> next() const;
 
-  /// @return the open step for a point, in the block and at the level of step `of_block`; nullopt
-  ///         if all such steps are done or skipped.
+  /// @return the first step for a point that is neither done nor skipped and has the same block and
+  ///         field level as step `of_block`; nullopt if there is none.
   [[nodiscard]] std::optional<std::size_t> waiting_for(const DesignPoint& point,
                                                        std::size_t of_block) const;
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double show_every_s = 0.05;
 
-// Tells simulated persons the requested point, and whether the cube lies wrong.
+// Tells a simulated person which point is requested, and whether the cube lies wrong.
 class Asking {
  public:
   void tell(const SessionView& view, SampleFeed& feed) {
@@ -69,8 +69,8 @@ class Unanswered {
   double since_s_ = never;
 };
 
-// Finishes a session with the readings so far: the first `finish` starts the review, the second one
-// accepts it. If the session cannot be finished, stops it, so that it can be resumed.
+// Finishes a session with the readings so far. The first `finish` starts the review, the second one
+// accepts its result. A session that cannot be finished is stopped, so that it can be resumed.
 void end(LiveSession& session) {
   session.command({.action = SessionAction::finish, .run = {}});
   session.command({.action = SessionAction::finish, .run = {}});

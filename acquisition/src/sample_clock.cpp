@@ -12,20 +12,17 @@
 namespace axiscal {
 namespace {
 
-// The source's clock has jumped if the time between two samples by this clock exceeds the time
-// between their arrivals by more than this.
+// The source's clock has jumped if the time between two samples, by this clock, exceeds the time
+// between their arrivals by more than this limit.
 constexpr double longest_lead_s = 2.0;
 
-// The constants of the correction of counted times are, in this order: the tolerated deviation from
-// the arrival times, the interval between corrections, the time in which a deviation is removed,
-// the share of a correction that becomes permanent, the largest relative correction of the step,
-// and the smallest step relative to 1 / rate.
-constexpr double free_lag_s = 0.25;
-constexpr double pace_window_s = 2.0;
-constexpr double pull_back_s = 10.0;
-constexpr double learn_pace = 0.2;
-constexpr double largest_pull = 0.5;
-constexpr double least_pace = 0.1;
+// Constants for the correction of counted times:
+constexpr double free_lag_s = 0.25;    // tolerated deviation from the arrival times
+constexpr double pace_window_s = 2.0;  // interval between corrections
+constexpr double pull_back_s = 10.0;   // time in which a deviation is removed
+constexpr double learn_pace = 0.2;     // share of a correction that becomes permanent
+constexpr double largest_pull = 0.5;   // largest relative correction of the step
+constexpr double least_pace = 0.1;     // smallest step relative to 1 / rate
 
 }  // namespace
 

@@ -37,7 +37,7 @@ class SampleClock {
   /// @throws DomainError  if a stated column of times is not one of the channels.
   void set_channels(const std::vector<Channel>& channels);
 
-  /// Checks the unit of a recording's times by the sample rate that follows from the unit.
+  /// Checks that the unit of a recording's times gives a plausible sample rate.
   /// @param path   the recording's file name, for messages.
   /// @param block  the first samples of the recording, one column for each channel.
   /// @throws DataError  if the times are in another unit than the column's name states.
@@ -71,7 +71,7 @@ class SampleClock {
   double pace_ = 1.0;    // length of a counted step relative to 1 / rate_hz_
   double known_pace_ = 1.0;
   double pace_from_s_ = 0.0;
-  double least_lag_s_ = std::numeric_limits<double>::infinity();  // smallest since pace_from_s_
+  double least_lag_s_ = std::numeric_limits<double>::infinity();  // smallest lag since then
   double most_lag_s_ = -std::numeric_limits<double>::infinity();
   std::vector<double> last_values_;
 };

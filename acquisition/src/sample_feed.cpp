@@ -30,9 +30,9 @@ struct Pending {
 
 // The samples of another source that may still be needed.
 struct Neighbours {
-  std::vector<std::size_t> taken;  // indices of its channels, without a column of times
+  std::vector<std::size_t> taken;  // indices of the source's channels, except a column of times
   std::deque<std::pair<double, std::vector<double>>> samples;
-  bool is_apart = false;  // true: no sample near the first source's last one
+  bool is_apart = false;  // true if no sample is near the last sample of the first source
 };
 
 }  // namespace

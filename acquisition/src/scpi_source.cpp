@@ -17,8 +17,8 @@ constexpr double overload = 9.9e37;  // reply for a reading beyond the range (SC
 constexpr double longest_answer_s = 10.0;
 constexpr std::size_t longest_reply = 1U << 16U;
 
-// The shunt resistor of each channel [ohm]; 0 if the channel measures a voltage. The option
-// `resistor` states one value for all channels, or one value for each channel.
+// Returns the shunt resistance of each channel [ohm]; 0 if the channel measures a voltage. The
+// option `resistor` states one value for all channels, or one value for each channel.
 std::vector<double> resistors_of(const SourceAddress& address, std::size_t channels) {
   const std::optional<std::string> text = address.find("resistor");
   if (!text) {
@@ -38,7 +38,7 @@ std::vector<double> resistors_of(const SourceAddress& address, std::size_t chann
 }
 
 // Reads a meter by SCPI-99 over a socket. It first sends CONFigure, NPLCycles and, if channels are
-// stated, a scan list. Then it sends READ? again and again.
+// stated, a scan list. Then it sends READ? repeatedly.
 class ScpiSource final : public Source {
  public:
   explicit ScpiSource(const SourceAddress& address)
@@ -182,7 +182,7 @@ class ScpiSource final : public Source {
   std::string name_;
   std::unique_ptr<ByteLink> link_;
   SampleClock clock_;
-  std::vector<double> factors_;  // 1 / resistor of each channel; 1 without a resistor
+  std::vector<double> factors_;  // for each channel: 1 / shunt resistance, or 1 if it has no shunt
   std::vector<Channel> channels_;
   std::vector<std::string> commands_;
   std::string query_;

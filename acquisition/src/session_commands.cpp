@@ -101,13 +101,14 @@ void Session::Engine::capture_now() {
   if (phase_ == SessionPhase::soaking) {
     soaked_ = true;
   } else if (phase_ == SessionPhase::question) {
-    // The command is not an answer, because it may be a repetition, or older than the question.
+    // The command is not taken as an answer, because it may be a repetition, or may have been given
+    // before the question appeared.
     news_.tell("refused", "answer the question first: accept the reading, or lay the cube again");
   } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
              dwell_.samples() >= fewest_samples_of_dwell) {
     complete();
   } else if (phase_ == SessionPhase::laying && stillness_.is_still()) {
-    moved_ = true;  // the command confirms that the cube was laid
+    moved_ = true;  // the command confirms that the cube was placed
   }
 }
 

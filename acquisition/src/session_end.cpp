@@ -14,9 +14,9 @@
 namespace axiscal {
 namespace {
 
-constexpr double noisy_reading = 5.0;  // limit of a reading's scatter, relative to the median
+constexpr double noisy_reading = 5.0;  // largest scatter of a reading, relative to the median
 
-// The method that calibrate() will use.
+// Returns the method that calibrate() will use.
 Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& sheet) {
   Observations planned;
   planned.readings = readings_of(sheet);

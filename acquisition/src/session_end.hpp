@@ -11,7 +11,8 @@
 
 namespace axiscal {
 
-/// Predicts the uncertainty at the end of a session, from all its points that are not skipped.
+/// Predicts the uncertainty of a direction at the end of a session, from all its points that are
+/// not skipped.
 ///
 /// @param nominal   current estimate of the instrument (three axes) and the field (gravity).
 /// @param noise_sd  standard deviation of a reading, estimated from the readings so far [unit].
@@ -27,7 +28,8 @@ struct SessionReview {
   std::vector<int> again;  ///< run numbers in ascending order
 };
 
-/// Suggests runs to repeat: `suspects`, runs that the calibration suspects, and noisy runs.
+/// Describes the result, and suggests which runs to repeat: those in `suspects`, those that the
+/// calibrations suggest to repeat, and those whose readings scatter too much.
 ///
 /// @param calibrations  the results; empty if the calibration failed.
 /// @param why_none      the reason of the failure.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The processing of samples, and the view.
+// The part of Session::Engine that processes samples and makes the view.
 #include "acquisition/src/session_engine.hpp"
 
 #include <algorithm>

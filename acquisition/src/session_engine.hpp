@@ -58,20 +58,20 @@ class Session::Engine {
   // Records the pose, the temperature and the scatter of the last reading.
   void remember(const CapturedReading& taken);
   void update_pose_model();
-  // Sets the model's field to the time of the first reading; without readings, to the time of the
-  // first sample.
+  // Sets a moving field to its value at the time of the first reading. If there is no reading, the
+  // time of the first sample is used.
   void find_moving_field();
-  // Angle by which a moving field has turned since the last reading [rad].
+  // Returns the angle by which a moving field has turned since the last reading [rad].
   [[nodiscard]] double field_angle_since_last() const;
 
-  // ---- the steps of a point: session_points.cpp
+  // ---- the steps of a reading: session_points.cpp
 
   [[nodiscard]] const RunSheetRow& wanted_row() const { return list_.steps()[*wanted_].row; }
   void next_point();
   void go_on();
   void soak();
   [[nodiscard]] bool is_nearest_level(double planned) const;
-  // In phase question, detects that the person lays the cube again. A short bump does not count.
+  // In phase question, detects that the person places the cube again. A short bump does not count.
   void detect_repositioning();
   void begin_dwell();
   void dwell();
@@ -79,7 +79,7 @@ class Session::Engine {
   [[nodiscard]] bool lies_as_before() const;
   // True if the cube was moved since the last reading.
   [[nodiscard]] bool has_moved() const;
-  // Ends the dwell and checks the pose of the reading.
+  // Completes the reading and checks its pose.
   void complete();
   // Writes the reading to the journal, and only then reports it as captured.
   void store();
@@ -90,7 +90,7 @@ class Session::Engine {
   void accept_recognised_pose();
   // `runs` is a copy, because the function changes the suspects in view_.
   void retake(std::vector<int> runs, const std::string& why);
-  // Changes the list by an entry other than a reading.
+  // Writes an entry other than a reading to the journal, and applies it to the list.
   // @return false if the journal cannot be written; the list then stays unchanged.
   bool change(const Json& entry,
               const std::string& kind,
@@ -132,12 +132,12 @@ class Session::Engine {
   std::vector<double> point_seconds_;
   bool quit_ = false;
 
-  std::vector<std::size_t> temperature_columns_;  // no, one, or m indices of channels
+  std::vector<std::size_t> temperature_columns_;  // channel indices: none, one, or one per axis
   SoakWatch soak_;
   bool soaked_ = false;
   std::optional<double> soaked_at_;
 
-  std::optional<DesignPoint> questioned_;  // pose that the last question reported
+  std::optional<DesignPoint> questioned_;  // pose that the last question suggested
   int retake_rounds_ = 0;
   std::vector<Calibration> calibrations_;
 

@@ -35,7 +35,7 @@ Json vector_json(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-// A FreeView without its points, which are sent separately.
+// Returns a FreeView as JSON without its points, which are sent separately.
 Json free_json(const FreeView& free) {
   Json json = {{"count", free.points.size()},
                {"now", vector_json(free.now)},

@@ -19,13 +19,13 @@ class SessionKnowledge {
   /// @throws SetupError  if make_field_description() throws it.
   SessionKnowledge(const SessionSetup& setup, const Stillness& stillness);
 
-  /// True if the field moves, as the sun does.
+  /// True if the direction of the field changes with time, as that of sunlight.
   [[nodiscard]] bool field_moves() const;
 
   /// Sets a moving field to its value at a time [s since 1970, UTC].
   void find_field_at(double time_s);
 
-  /// @return the rotation of a moving field between two times [rad]; otherwise 0.
+  /// @return the angle by which a moving field turns between two times [rad]; 0 for a fixed field.
   [[nodiscard]] double field_angle(double from_s, double to_s) const;
 
   /// @return the effect of the field on a reading: sensitivity times field magnitude [unit]; 0 if
@@ -35,14 +35,15 @@ class SessionKnowledge {
   /// @return the required duration of a reading [s].
   [[nodiscard]] double dwell_needed() const;
 
-  /// Checks the unit by the magnitude of a reading at rest.
+  /// Checks the stated unit by the magnitude of a reading at rest.
   /// @param level  field level of the requested point.
-  /// @return a message if the unit seems wrong; otherwise empty; nullopt if it cannot be checked.
+  /// @return a message if the unit seems wrong, an empty text if it seems right, nullopt if it
+  ///         cannot be checked.
   [[nodiscard]] std::optional<std::string> unit_text(double level) const;
 
   /// @param entry  a point at which another reading would be taken.
   /// @param now_s  time of that reading, by the clock of CapturedReading::start_s [s].
-  /// @return true if the two readings must differ, by the current estimates.
+  /// @return true if the two readings must differ according to the current estimates.
   [[nodiscard]] bool is_distinguishable_from(const CapturedReading& reading,
                                              const DesignEntry& entry,
                                              double now_s) const;
@@ -92,7 +93,7 @@ class SessionKnowledge {
   const SessionSetup& setup_;
   const Stillness& stillness_;
   FieldDescription field_;
-  double field_at_s_ = 0.0;  // time of the field in field_ [s since 1970, UTC]
+  double field_at_s_ = 0.0;  // time for which field_ is valid [s since 1970, UTC]
   std::optional<double> nominal_;
   PoseModel model_;
   std::vector<PoseModelFit> fits_;  // fits to the readings so far, the best fit first

@@ -6,7 +6,7 @@
 namespace axiscal {
 namespace {
 
-// The names in the order of SessionAction, and of SessionPhase.
+// The names, in the order of the enumerators of SessionAction and SessionPhase.
 constexpr std::array<std::string_view, 13> action_names = {
     "capture",   "accept", "as-seen", "retake", "retake-suggested", "undo", "skip",
     "replicate", "pause",  "go-on",   "finish", "automatic",        "quit"};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps of a point: request, laying, settling, dwell, pose check, storing.
+// The part of Session::Engine that takes a reading: request of the point, placement of the cube,
+// settling, averaging, check of the pose, and storage.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double settle_parts = 0.4;  // wait after the cube became still, relative to the window
+constexpr double settle_parts = 0.4;  // wait after the cube is still, as a fraction of the window
 constexpr double first_floor_age_s = 3.0;  // required Stillness::floor_age_s() at the first reading
 constexpr double laying_anew_s = 1.0;      // duration of a motion [s]; a shorter motion is a bump
 constexpr double store_again_s = 0.5;
@@ -157,7 +158,7 @@ void Session::Engine::dwell() {
     phase_ = SessionPhase::laying;
     moved_ = false;
     view_.lies_as_before = true;
-    said_as_before_ = true;  // after a second time, the reading is taken
+    said_as_before_ = true;  // at the second time, the reading is taken
     news_.tell("as_before", "the cube lies as it did at the last reading: lay it as requested", {},
                wanted_row().entry.point);
     return;
@@ -214,7 +215,7 @@ void Session::Engine::complete() {
   pending_ = reading;
   judgement_ = knowledge_.judge(list_.readings(), reading);
   if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
-    // The cube was laid again with the same result, so that an earlier reading is probably wrong.
+    // The cube was placed again with the same result, so that an earlier reading is probably wrong.
     if (questioned_ == judgement_->best) {
       knowledge_.accept_run(reading.run);
       store();

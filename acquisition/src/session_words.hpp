@@ -16,7 +16,7 @@ struct MessageContext {
   bool has_quit = false;
 };
 
-/// @return "run 7".
+/// @return the name of a run for messages, for example "run 7".
 [[nodiscard]] std::string run_text(int run);
 
 /// @return the question to the person about a doubtful reading.

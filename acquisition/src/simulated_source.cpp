@@ -20,7 +20,7 @@ constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
 constexpr double handling_sd = 0.05;  // standard deviation of accelerations by hand [g]
 constexpr double knock_g = 0.02;
-constexpr double impatience_s = 300.0;  // after this time without a reading, the cube is laid again
+constexpr double impatience_s = 300.0;  // time without a reading until the cube is placed again
 constexpr std::size_t samples_a_read = 50;
 
 constexpr double turn_s = 1.4;  // duration of a turn in the hand
@@ -135,7 +135,8 @@ void SimulatedSource::set_free_motion(bool by_rests) {
   roams_by_rests_ = by_rests;
 }
 
-// Turns the instrument to random directions. If readings are rests, holds it still between turns.
+// Turns the instrument to random directions. If readings are taken at rest, holds the instrument
+// still between turns.
 void SimulatedSource::turn_freely() {
   if (time_s_ < moves_until_s_ + (*roams_by_rests_ ? hold_s : 0.0)) {
     return;

@@ -15,7 +15,7 @@ namespace axiscal {
 struct SourceAddress {
   std::string text;    ///< the whole address
   std::string scheme;  ///< empty for `-` and paths
-  std::string place;   ///< the part before `?`, without a leading `//`
+  std::string place;   ///< the part between the scheme and `?`, without a leading `//`
   std::vector<std::pair<std::string, std::string>> options;
 
   [[nodiscard]] std::optional<std::string> find(std::string_view option) const;

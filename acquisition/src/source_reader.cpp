@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t most_values_waiting = 1U << 20U;  // 8 MiB for each source
+constexpr std::size_t most_values_waiting = 1U << 20U;  // limit for each source: 8 MiB of doubles
 constexpr double shown_for_s = 3.0;                     // duration of an alarm after a defect
 constexpr double rate_window_s = 0.9;
 constexpr double rate_tolerance = 0.05;

@@ -41,7 +41,7 @@ class SourceReader {
   [[nodiscard]] double silence_s() const;
   [[nodiscard]] SampleFeed::Counts counts() const;
 
-  /// Calls Source::request() in the source's own thread.
+  /// Calls Source::request() in the thread that reads the source.
   void request(const DesignEntry* entry, bool warned);
 
   /// Appends the current and the recent problems of the source.

@@ -133,8 +133,8 @@ void Stillness::update_floor() {
   }
   Eigen::VectorXd sd = sd_;
   for (Eigen::Index k = 0; k < axes_; ++k) {
-    // Rounding to the converter's step alone has a standard deviation of step / sqrt(12), so the
-    // scatter cannot be smaller.
+    // Rounding to the step of the A/D converter alone causes a standard deviation of
+    // step / sqrt(12), so the noise floor is not set below it.
     if (std::isfinite(step_(k))) {
       sd(k) = std::max(sd(k), step_(k) / std::sqrt(12.0));
     }

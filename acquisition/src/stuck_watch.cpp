@@ -22,7 +22,7 @@ void StuckWatch::look() {
   for (std::size_t k = 0; k < axes_.size(); ++k) {
     const auto axis = static_cast<Eigen::Index>(k);
     const Stillness::Unchanged same = stillness_.unchanged(k);
-    // If the noise is below the converter's step, a constant value is not a fault.
+    // If the noise is below the step of the A/D converter, a constant value is not a fault.
     if (scattered_.size() > 0 && scattered_[axis] && floor(axis) > stillness_.step()(axis) &&
         same.seconds >= stuck_s && same.samples >= fewest_samples_of_dwell) {
       stuck_.push_back(axes_[k]);

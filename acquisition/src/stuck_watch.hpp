@@ -32,7 +32,7 @@ class StuckWatch {
  private:
   const std::vector<std::string>& axes_;
   const Stillness& stillness_;
-  Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // axes that scattered; empty before learn()
+  Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // true if an axis scattered; set by learn()
   std::vector<std::string> stuck_;
 };
 

@@ -17,7 +17,7 @@
 #include "axiscal/positioner/facing.hpp"
 
 #ifdef AXISCAL_NCURSES
-#define NCURSES_NOMACROS 1  // no macros erase(), move(), .., which affect other names
+#define NCURSES_NOMACROS 1  // no macros such as erase() and move()
 #include <ncurses.h>
 
 #include "axiscal/acquisition/settings.hpp"
@@ -118,7 +118,7 @@ class TerminalFace final : public SessionFace {
     ::refresh();
   }
 
-  // The result stays until a key is pressed.
+  // Displays the result until a key is pressed.
   bool conclude(const SessionView& view, const std::vector<SessionFile>& files) override {
     for (;;) {
       ::erase();

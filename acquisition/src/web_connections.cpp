@@ -61,7 +61,7 @@ bool WebConnections::close_oldest(const std::string& network) {
   if (found == all_.end()) {
     return false;
   }
-  const std::shared_ptr<WebConnection> oldest = *found;  // keeps it: close() removes it from all_
+  const std::shared_ptr<WebConnection> oldest = *found;  // a copy: close() removes the entry
   oldest->close();
   return true;
 }

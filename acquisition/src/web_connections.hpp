@@ -48,9 +48,9 @@ class WebConnections {
   void clear() { all_.clear(); }
   void wake_all();
 
-  /// Makes room for one more connection of a network. If this network has too many connections, it
-  /// closes its oldest connection. If all networks together have too many, it closes the oldest
-  /// connection of the largest network. Connections that watch are not closed.
+  /// Makes room for one more connection from a network. If this network has too many connections,
+  /// its oldest connection is closed. If all networks together have too many, the oldest connection
+  /// of the network with the most connections is closed. Watching browsers stay connected.
   /// @return false if no connection can be closed.
   [[nodiscard]] bool make_room(const std::string& network);
 

@@ -24,9 +24,9 @@ namespace {
 
 constexpr int usual_port = 8712;
 constexpr int ports_tried = 20;
-constexpr std::chrono::milliseconds spacing{80};  // least time between two views in JSON
+constexpr std::chrono::milliseconds spacing{80};  // shortest time between two updates of the page
 
-// The host names by which browsers may address the server, for its certificate.
+// Returns the host names by which browsers may address the server, for its certificate.
 std::vector<std::string> names_of(const std::string& address) {
   std::vector<std::string> names;
   for (const std::string& name : {is_any_address(address) ? host_name() : address, host_name(),

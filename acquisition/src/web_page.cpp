@@ -151,7 +151,7 @@ void WebPage::announce() const {
   }
 }
 
-// Refuses a request that does not name this server, or comes from another page.
+// Refuses a request that is not supported, does not name this server, or comes from another page.
 std::optional<WebAnswer> WebPage::early_refusal(const WebRequest& request) const {
   const std::optional<int> length = parse_integer(request.header("Content-Length"));
   const bool is_get = request.method == "GET" || request.method == "HEAD";
@@ -268,8 +268,8 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   return {};
 }
 
-// Refuses a request of a browser that does not control the session. The caller must have locked
-// mutex_.
+// Returns a refusal if the requesting browser does not control the session, otherwise nullopt. The
+// caller must have locked mutex_.
 std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
@@ -302,8 +302,8 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
   return {};
 }
 
-// Each page sends a heartbeat every few seconds. If the owner was silent, its next heartbeat gives
-// it control again, unless another browser has used the control since.
+// Handles the heartbeat that each page sends every few seconds. If the owner of the control was
+// silent, its next heartbeat gives it the control again, unless another browser has used it since.
 WebAnswer WebPage::handle_heartbeat(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
@@ -334,8 +334,8 @@ WebAnswer WebPage::take_wish(const WebRequest& request) {
   return {};
 }
 
-// Serves an output file. The Content-Security-Policy allows a report only its inline script and
-// style.
+// Serves an output file. Its Content-Security-Policy allows only inline scripts, inline styles and
+// embedded images, which a report contains.
 WebAnswer WebPage::file(const WebRequest& request, const std::string& name) const {
   const std::lock_guard lock(mutex_);
   if (session_of(request).empty()) {

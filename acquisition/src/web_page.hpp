@@ -21,8 +21,8 @@ struct WebPlace {
   std::string address;  ///< address to listen on, without brackets
   int port = 0;
   bool is_loopback = true;  ///< true if only this machine can connect
-  /// Called with the page's address, which includes the key: when the page can be opened, and each
-  /// time a one-time key was used. May be called from another thread.
+  /// Receives the page's address, which includes the key. It is called when the page can be opened,
+  /// and each time a one-time key was used. May be called from another thread.
   std::function<void(const std::string& url)> announce;
   std::function<std::chrono::steady_clock::time_point()> now = std::chrono::steady_clock::now;
 };
@@ -30,7 +30,7 @@ struct WebPlace {
 /// The session's page without the network: it answers requests, passes control between browsers and
 /// collects events.
 ///
-/// The functions may be called from several threads. They wait only for each other.
+/// The functions may be called from several threads. A call waits only while another one runs.
 class WebPage {
  public:
   explicit WebPage(WebPlace place);
@@ -38,8 +38,8 @@ class WebPage {
   /// Calls WebPlace::announce with the address of the page.
   void announce() const;
 
-  /// The answer to a request. Requests for another host, from another site or without the key are
-  /// rejected.
+  /// Returns the answer to a request. Requests for another host, from another site or without the
+  /// key are rejected.
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
   /// The newest data that a watching browser has received.
@@ -54,7 +54,7 @@ class WebPage {
   /// @return a watcher for an answer that is a stream.
   [[nodiscard]] Watcher watcher_for(const WebAnswer& answer) const;
 
-  /// @return the next message of the event stream to a browser; empty without new data.
+  /// @return the next message of the event stream to a browser; empty if there are no new data.
   [[nodiscard]] std::string news_for(Watcher& watcher) const;
 
   /// Stores a view of the session and its events, to be sent to all browsers.
@@ -107,7 +107,7 @@ class WebPage {
   std::size_t last_event_ = 0;
   std::vector<SessionCommand> commands_;
   std::vector<std::string> watching_;            // sessions of all pages that watch, oldest first
-  std::chrono::steady_clock::time_point heard_;  // time of that browser's last request
+  std::chrono::steady_clock::time_point heard_;  // time of the controlling browser's last request
   std::vector<SessionFile> files_;
   std::string wish_;
 };

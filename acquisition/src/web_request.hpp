@@ -22,7 +22,7 @@ struct WebRequest {
   std::string body;
   bool keeps_alive = false;  ///< true if the connection may stay open for more requests
 
-  /// @return the value of a header; empty without this header. Names are case-insensitive.
+  /// @return the value of a header; empty if it is missing. Names are case-insensitive.
   [[nodiscard]] std::string header(std::string_view name) const;
   [[nodiscard]] bool has_header(std::string_view name) const;
 };
@@ -33,7 +33,7 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body = "{}";
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string policy;          ///< Content-Security-Policy; empty: the policy of the session's page
+  std::string policy;          ///< Content-Security-Policy; if empty, that of the session's page
   bool is_stream = false;      ///< true: a stream of events follows instead of the body
   std::string session;         ///< session of the browser that receives the stream
   std::size_t last_event = 0;  ///< number of the last event that this browser has received
@@ -45,7 +45,7 @@ struct WebAnswer {
 /// @return an answer's first line and headers, with the security restrictions for the browser.
 [[nodiscard]] std::string answer_head(const WebAnswer& answer, bool keeps_alive);
 
-/// @return a text as a chunk of a chunked body; for an empty text, the last chunk.
+/// @return a text as one chunk of a chunked HTTP body; for an empty text, the final chunk.
 [[nodiscard]] std::string answer_chunk(const std::string& text);
 
 /// Parses a request from bytes as they arrive, by Boost.Beast with limits on head and body.

@@ -45,7 +45,7 @@ constexpr std::chrono::seconds goodbye_deadline{1};
 constexpr std::chrono::milliseconds event_spacing{80};  // least time between messages to a browser
 constexpr std::chrono::seconds heartbeat{2};
 
-// The network of a client: an IPv4 address, or the first 64 bits of an IPv6 address.
+// Returns the network of a client: an IPv4 address, or the first 64 bits of an IPv6 address.
 std::string network_of(const asio::ip::address& address) {
   if (address.is_v4()) {
     return address.to_string();

@@ -22,7 +22,7 @@ struct WebListening {
 /// A request must be complete within five seconds, including the TLS handshake. web_request.hpp
 /// limits the sizes of head and body. One network may have 32 connections, all networks together
 /// 512. If a client exceeds a limit, the server closes the oldest connection of its network, or of
-/// the network with the most connections. It does not close browsers that watch. A new client is
+/// the network with the most connections. It does not disconnect watching browsers. A new client is
 /// therefore answered even if other clients keep many connections open.
 class WebServer {
  public:

@@ -26,11 +26,12 @@ struct JudgedRun {
   const Estimate& estimate;
   const FitTests& tests;
   const MistakeSearch& mistakes;
-  /// Warnings of mistakes (drift, step of the biases, memory) for which the fit has a term.
+  /// Warnings of mistakes that a term of the fit describes: a drift, a step of the biases, or a
+  /// memory (hysteresis).
   const std::vector<CalibrationWarning>& taken_in;
   bool searched = false;           ///< true if the readings were searched for mistakes
-  std::vector<int> unpaired_runs;  ///< runs that method paired left out
-  bool field_varies = false;       ///< true if the readings state fields of different lengths
+  std::vector<int> unpaired_runs;  ///< numbers of the readings that method paired left out
+  bool field_varies = false;       ///< true if the field magnitudes stated with readings differ
 };
 
 /// The warnings that rules find.
@@ -42,8 +43,8 @@ struct Warnings {
   std::vector<CalibrationWarning> all;
 };
 
-/// A test of a finished fit that can add warnings. Each rule is one file in src/rules/ and one line
-/// in src/rules/rules.cpp. docs/messages.md lists the codes and the significance levels.
+/// A test of a finished fit that can add warnings. Each rule has its own file in src/rules/, and is
+/// listed in src/rules/rules.cpp. docs/messages.md lists the codes and the significance levels.
 struct WarningRule {
   std::string_view name;
   void (*find)(const JudgedRun& run, Warnings& found) = nullptr;

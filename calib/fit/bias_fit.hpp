@@ -11,9 +11,9 @@ namespace axiscal {
 /// Fits only the biases, as polynomials in the temperature, to readings at rest in one pose (a
 /// thermal sweep).
 ///
-/// The sensitivity is that of the record experiment.from. Without a record it is nominal: along the
-/// component that the axis senses it is the value that the units imply, or 1 if they imply none. A
-/// note states the nominal value.
+/// The sensitivity is copied from the record experiment.from. Without a record, the nominal
+/// sensitivity is used: the value that the units imply, or 1 if they imply none. A note states the
+/// nominal value.
 ///
 /// If the pose or the field of every reading is known, and the sensitivity follows from the record
 /// or from the units, the response to the field is subtracted. Otherwise the response to gravity or

@@ -22,11 +22,11 @@ struct ConfirmedReadings {
 /// The unknowns include the field's direction if it was fitted.
 ///
 /// Each error is compared with an interval from Student's t(nu_k). The mean square of the q errors
-/// of an axis is compared with F(q, nu_k), and Fisher's method combines the axes. The noise across
-/// the field may be larger or smaller than the noise along it. Therefore the test is repeated for
-/// several ratios of the two, and the p-value is the largest for the ratios that the readings of
-/// the fit do not reject. If a block has no readings in the fit, its shift is unknown; the test
-/// then uses only differences within the block.
+/// of an axis is compared with F(q, nu_k), and Fisher's method combines the axes. The noise
+/// perpendicular to the field may be larger or smaller than the noise along it. Therefore the test
+/// is repeated for several ratios of the two. The p-value is the largest over the ratios that are
+/// consistent with the readings of the fit. If a block has no readings in the fit, its shift is
+/// unknown; the test then uses only differences within the block.
 ///
 /// @param fitted       the readings of the fit.
 /// @param kept_out     one or more readings, from ReadingSource::kept_out().

@@ -34,20 +34,21 @@ class DeletionFit {
   /// @param run  the readings with their solution; run.set() must outlive this object.
   DeletionFit(const SolvedReadings& run, const TableField& field);
 
-  /// Computes the p-value of contrasts of some readings, compared with the prediction from the
-  /// other readings. Each axis is tested with F(q, nu_k); Fisher's method combines the axes.
+  /// Tests whether contrasts (linear combinations) of some readings agree with the prediction from
+  /// all other readings. Each axis is tested with F(q, nu_k); Fisher's method combines the axes.
   ///
   /// @param readings   d positions in the set.
   /// @param contrasts  q x d: q contrasts of these readings, one in each row.
-  /// @param loss       factor that reduces the degrees of freedom, from dof_reduction_factor(); 1:
-  ///                   the axes are independent.
-  /// @return `nullopt` if the other readings do not determine the contrasts.
+  /// @param loss       divisor of the degrees of freedom, from dof_reduction_factor(); 1 if the
+  ///                   noise of the axes is independent.
+  /// @return the p-value; `nullopt` if the other readings do not determine the contrasts.
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts,
                                               double loss = 1.0) const;
 
-  /// Like p_value(), but the noise need not be normal: the tails of its distribution are taken from
-  /// the residuals of the other readings (NoiseTails). Fisher's method combines contrasts and axes.
+  /// Like p_value(), but for noise that need not be normal: the tails of its distribution are
+  /// estimated from the residuals of the other readings (NoiseTails). Fisher's method combines the
+  /// contrasts and the axes.
   [[nodiscard]] std::optional<double> p_value_by_tails(const std::vector<std::size_t>& readings,
                                                        const Eigen::MatrixXd& contrasts,
                                                        double loss = 1.0) const;
@@ -55,9 +56,9 @@ class DeletionFit {
   /// The error of the prediction of one reading from the other readings, for each axis. `sd`
   /// includes the noise of the reading and the uncertainty of the prediction.
   struct Prediction {
-    Eigen::VectorXd error;               ///< m; NaN if the axis does not use the reading
-    Eigen::VectorXd sd;                  ///< m
-    Eigen::VectorXd degrees_of_freedom;  ///< m
+    Eigen::VectorXd error;  ///< one entry for each axis; NaN if the axis does not use the reading
+    Eigen::VectorXd sd;     ///< one entry for each axis
+    Eigen::VectorXd degrees_of_freedom;  ///< one entry for each axis
   };
 
   /// @param readings  positions in the set; all of them are left out.
@@ -69,7 +70,7 @@ class DeletionFit {
  private:
   const ReadingSet& set_;
   std::shared_ptr<const Solution> solution_;
-  Eigen::VectorXd smallest_;  // m variances: the rounding of each axis
+  Eigen::VectorXd smallest_;  // variance of the rounding error of each axis, m entries
 };
 
 }  // namespace axiscal

@@ -17,8 +17,9 @@ struct Solution;
 
 /// A test for curvature of the axes' responses.
 struct CurvatureTest {
-  double p_value = 1.0;  ///< probability of such curvature by chance
-  /// m: the contribution of the squared field to the reading of each axis at full field [unit]
+  double p_value = 1.0;  ///< probability that chance alone causes a curvature of this size
+  /// m entries: the part of each axis's reading that its squared term contributes at the full
+  /// magnitude of the field [unit]
   Eigen::VectorXd bends;
 };
 
@@ -28,53 +29,60 @@ struct TemperatureEstimate {
   Eigen::MatrixXd scale;  ///< m x order
 };
 
-/// The field's direction as method joint fits it.
+/// The direction of the field, fitted by method joint.
 struct DirectionEstimate {
-  /// covariance of the mean field, in the table's frame [field unit^2]
+  /// covariance of the mean field vector, in the table's frame [field unit^2]
   std::optional<Eigen::Matrix3d> covariance;
   double degrees_of_freedom = 0.0;
-  double se_rad = 0.0;    ///< largest standard error of the direction
-  std::string ambiguity;  ///< another solution that fits as well, in words; empty: none
+  double se_rad = 0.0;  ///< largest standard error of the direction
+  /// another solution that fits equally well, in words; empty if there is none
+  std::string ambiguity;
 };
 
 /// The differences between blocks, and the numbers of sessions and earlier calibrations.
 struct BlockEstimate {
-  /// m: mean square of the blocks' biases about their mean; or empty
+  /// m entries: mean squared deviation of the blocks' biases from their mean; empty if not computed
   Eigen::VectorXd mean_square;
-  double degrees_of_freedom = 0.0;                                      ///< of each mean square
-  SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  ///< m x 3, or 0 x 3
+  double degrees_of_freedom = 0.0;  ///< degrees of freedom of each mean square
+  /// mean squared deviation of the blocks' sensitivities from their mean; m x 3, or 0 x 3 if not
+  /// computed
+  SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);
   /// degrees of freedom of each mean square of the sensitivities
   double sensitivity_degrees_of_freedom = 0.0;
-  int sessions = 0;  ///< number of sessions that were fitted separately; 0: all readings together
-  int earlier = 0;   ///< number of earlier calibrations whose block scatter is included
+  /// number of sessions that were fitted separately; 0 if all readings were fitted together
+  int sessions = 0;
+  int earlier = 0;  ///< number of earlier calibrations whose block scatter is included
 };
 
 /// The parts of the field that the axes respond to.
 struct SightEstimate {
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< for a transfer: result of seen_directions()
   std::vector<AxisMask> visible;                   ///< for one-sided axes; see ReadingSet::visible
-  bool unsettled = false;  ///< true if the set of readings seen by one-sided axes keeps changing
+  /// true if it remained undecided which readings each one-sided axis sees
+  bool unsettled = false;
 };
 
 /// The result of a method.
 struct Estimate {
   LinearResponse response;
-  std::vector<SensitivityMatrix> also;  ///< sensitivities to each second field
+  std::vector<SensitivityMatrix> also;  ///< sensitivities to each second field (Experiment::also)
   TemperatureEstimate temperature;
-  Eigen::MatrixXd effects;  ///< e x m: coefficients of the run's effects
-  TableField field;  ///< fitted or given field; without vectors if each reading states its field
+  Eigen::MatrixXd effects;  ///< e x m: coefficients of the columns in ReadingSet::effects
+  /// fitted or given field; without vectors if each reading has its own given field
+  TableField field;
   DirectionEstimate direction;
   FitStatistics statistics;
   std::optional<Levelness> levelness;
   BlockEstimate blocks;
   SightEstimate sight;
-  /// mean length of the nonzero fields at the readings; 0: the method does not compute it
+  /// mean magnitude of the field, over the readings at which it is not 0; 0 if the method does not
+  /// compute it
   double mean_field = 0.0;
-  /// method paired: positions of the readings without opposite, which are not used
+  /// for method paired: positions of the readings that have no opposite reading and are not used
   std::vector<std::size_t> unpaired;
   std::optional<CurvatureTest> curvature;
   std::vector<CalibrationNote> notes;
-  /// solution at `field`, if the method kept it; else null
+  /// the solved model at `field`; null if the method did not keep it
   std::shared_ptr<const Solution> solution;
 };
 
@@ -85,10 +93,11 @@ struct Estimate {
 [[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
                                        const Eigen::Vector3d& nominal_in_table);
 
-/// The averages that method paired fits, for readings of equal weight.
+/// The regression of method paired on the averages of opposite readings, for readings of equal
+/// weight.
 struct PairedDesign {
   Eigen::MatrixXd design;     // [1, mean f], q x 4
-  Eigen::MatrixXd averaging;  // q x n: the averages as combinations of the readings
+  Eigen::MatrixXd averaging;  // q x n: maps the readings to the averages
   Eigen::VectorXd weights;    // q
 };
 [[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
@@ -98,11 +107,12 @@ struct PairedDesign {
 [[nodiscard]] Estimate estimate_joint(const ReadingSet& set);
 
 /// Method known: fits readings whose fields are known (method.md, section 4).
-/// @param field  the field in the table's frame; without vectors if each reading states its field.
+/// @param field  the field in the table's frame; without vectors if each reading has its own given
+///               field.
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set, const TableField& field);
 
-/// Returns the set with readings that are corrected to the reference temperature. The fitted
-/// effects of the run are subtracted from them.
+/// Returns the set with its readings corrected to the reference temperature, and without the fitted
+/// effects of the run.
 [[nodiscard]] ReadingSet at_reference(ReadingSet set, const Estimate& estimate);
 
 /// Returns the set with weight 0 for the readings in Estimate::unpaired.

@@ -17,19 +17,20 @@ namespace axiscal {
 /// A model that is linearised about a solution: r = J x + e. The residuals r of each axis are
 /// divided by the axis's sigma.
 ///
-/// There are m rows for each reading. The first columns are the own columns of each axis: its
-/// coefficients and the effects of the run. The shared columns follow (see Model). J is stored axis
-/// by axis, because the own columns of an axis are 0 in the rows of all other axes. The hat matrix
-/// is Q Q^T + P P^T with the bases Q of basis_of_axis() and P of shared_basis_of_axis().
+/// J has m rows for each reading, one for each axis. Its first columns are the own columns of each
+/// axis: those of its coefficients and of the effects of the run. The shared columns follow (see
+/// Model). J is stored axis by axis, because the own columns of an axis are 0 in the rows of all
+/// other axes. The hat matrix is Q Q^T + P P^T with the bases Q of basis_of_axis() and P of
+/// shared_basis_of_axis().
 ///
 /// The causes of scatter (method.md, section 4), the tests of single readings (section 5) and the
-/// shared errors are all computed from this.
+/// effects of shared errors are computed from this model.
 class Fit {
  public:
   /// @param set       the readings. They (or run.set() in the other constructors) must outlive this
   ///                  object.
   /// @param solution  the solution about which the model is linearised.
-  /// @param sigma     m standard deviations of a reading of weight 1.
+  /// @param sigma     m entries: the standard deviation of a reading of weight 1 of each axis.
   Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen::VectorXd sigma);
 
   /// Linearises the model about the best coefficients for a field.
@@ -46,22 +47,22 @@ class Fit {
   [[nodiscard]] Eigen::Index row_count() const { return r_.size(); }
   [[nodiscard]] Eigen::Index column_count() const { return x_.size(); }
 
-  /// @return the row of a reading of an axis.
+  /// @return the index of the row of J for one reading of one axis.
   [[nodiscard]] Eigen::Index row_of(Eigen::Index reading, Eigen::Index axis) const {
     return axes() * reading + axis;
   }
 
-  /// @return the rows of an axis.
+  /// @return the indices of the rows of J for one axis.
   [[nodiscard]] auto rows_of_axis(Eigen::Index axis) const {
     return Eigen::seqN(axis, readings(), axes());
   }
 
-  /// @return the column of coefficient j of an axis.
+  /// @return the index of the column of J for coefficient j of an axis.
   [[nodiscard]] Eigen::Index column_of(Eigen::Index axis, Eigen::Index j) const {
     return set_.column_count() * axis + j;
   }
 
-  /// @return the first shared column.
+  /// @return the index of the first shared column.
   [[nodiscard]] Eigen::Index first_shared() const { return set_.column_count() * axes(); }
 
   /// @return the number s of shared columns.
@@ -89,17 +90,17 @@ class Fit {
   /// @return J^T J, q x q.
   [[nodiscard]] Eigen::MatrixXd information() const;
 
-  /// @return the rows of an axis in its own and the shared columns, n x (p + s).
+  /// @return the rows of J for one axis, in its own columns and in the shared columns; n x (p + s).
   [[nodiscard]] Eigen::MatrixXd columns_of_axis(Eigen::Index axis) const;
 
-  /// @return the rows of an axis in the shared columns, n x s.
+  /// @return the rows of J for one axis, in the shared columns; n x s.
   [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
 
   /// @return the given columns minus their projection on the axis's own columns, n x c.
   [[nodiscard]] Eigen::MatrixXd orthogonal_to_own_columns(Eigen::Index axis,
                                                           const Eigen::MatrixXd& columns) const;
 
-  /// @return Q, n x p: an orthonormal basis of the own weighted columns of an axis.
+  /// @return Q, n x p: an orthonormal basis of the weighted own columns of an axis.
   [[nodiscard]] const Eigen::MatrixXd& basis_of_axis(Eigen::Index axis) const {
     return axis_of(axis).design->basis();
   }
@@ -112,8 +113,8 @@ class Fit {
 
   // The functions from here to root_of_axis() need full rank.
 
-  /// @return P, n x s: the rows of an axis in an orthonormal basis of the shared columns, after
-  ///         projection off the own columns.
+  /// @return P, n x s: the rows for one axis of an orthonormal basis of the shared columns. The
+  ///         basis is orthogonal to the own columns of all axes.
   [[nodiscard]] const Eigen::MatrixXd& shared_basis_of_axis(Eigen::Index axis) const {
     return shared_basis_[static_cast<std::size_t>(axis)];
   }
@@ -127,7 +128,8 @@ class Fit {
   /// @return the diagonal of the hat matrix, n x m.
   [[nodiscard]] Eigen::MatrixXd leverage() const;
 
-  /// @return (Q P)^T Z, q x c, for columns Z in units of the axes' sigma, axis below axis.
+  /// @return (Q P)^T Z, q x c. The rows of Z are the readings of the first axis, then those of the
+  ///         second axis, and so on, each divided by sigma of its axis.
   [[nodiscard]] Eigen::MatrixXd in_basis(const Eigen::MatrixXd& Z) const;
 
   /// Adds the contribution of one row of Z to `products`, the result of in_basis(Z).
@@ -142,15 +144,15 @@ class Fit {
   /// @return the covariance of the shared unknowns, s x s.
   [[nodiscard]] Eigen::MatrixXd covariance_of_shared() const;
 
-  /// @param by  n x m: coefficients of the combinations z_i = sum_k by_ik r_ik of each reading's
-  ///              residuals.
-  /// @return the Jacobian of these combinations, n x q.
+  /// @param by  n x m coefficients: row i defines the combination z_i = sum_k by_ik r_ik of the
+  ///            residuals of reading i.
+  /// @return the Jacobian of the combinations z_i, n x q.
   [[nodiscard]] Eigen::MatrixXd combined_columns(const Eigen::MatrixXd& by) const;
 
   /// @return B, n x q; B B^T is the hat matrix of the combinations z_i, see combined_columns().
   [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;
 
-  /// The rows of an axis's coefficients in a root R of the covariance, R R^T = (J^T J)^-1.
+  /// The rows for the coefficients of one axis of a root R of the covariance: R R^T = (J^T J)^-1.
   struct RootOfAxis {
     Eigen::MatrixXd own;     ///< p x p: the columns of R that correspond to Q
     Eigen::MatrixXd shared;  ///< p x s: the columns of R that correspond to P
@@ -161,7 +163,7 @@ class Fit {
   /// @return the change of the unknowns for these changes, q x c.
   [[nodiscard]] Eigen::MatrixXd solution_change(const Eigen::MatrixXd& changes) const;
 
-  /// @return the row of S of an axis, from its coefficients.
+  /// @return the row of the fitted sensitivity S for one axis.
   [[nodiscard]] Eigen::RowVector3d sensitivity(Eigen::Index axis) const {
     return sensitivity_.row(axis);
   }
@@ -173,8 +175,8 @@ class Fit {
   /// @return the response to the field at each reading, in units of sigma; n x m.
   [[nodiscard]] const Eigen::MatrixXd& along_field() const { return along_; }
 
-  /// @return the own columns of an axis without the run's effects, then the shared columns, all not
-  ///         weighted; n x c.
+  /// @return the unweighted columns of an axis: its own columns without those of the run's effects,
+  ///         then the shared columns; n x c.
   [[nodiscard]] Eigen::MatrixXd own_columns(Eigen::Index axis) const;
 
   /// @return the field columns of an axis: the field in the sensor's frame at each reading, times
@@ -182,7 +184,8 @@ class Fit {
   [[nodiscard]] Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> field_met(
       Eigen::Index axis) const;
 
-  /// The readings of an axis with weight above 0, with their rows in the coefficients' columns.
+  /// The readings of an axis with a weight above 0, with the part of the design that belongs to the
+  /// coefficients.
   struct AxisRows {
     std::vector<Eigen::Index> readings;
     Eigen::MatrixXd design;    ///< not weighted, [1, f, ...]
@@ -217,8 +220,8 @@ class WiderIntervals {
  public:
   WiderIntervals(std::string name, Estimate& estimate);
 
-  /// Lengthens the interval of a parameter to that of the given variance and degrees of freedom. If
-  /// the interval is longer already, it does not change.
+  /// Lengthens the interval of a parameter to the interval for the given variance and degrees of
+  /// freedom. An interval that is already longer does not change.
   void widen(Eigen::Index parameter, double variance, double degrees_of_freedom);
 
   /// The component of the scatter; the caller sets its sd and unit.

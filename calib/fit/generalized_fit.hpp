@@ -10,10 +10,10 @@
 
 namespace axiscal {
 
-/// Repeats the fit if readings share errors: the errors of uncertain inputs, and the random
-/// rotation of the cube each time it is laid down. The readings show the size of this rotation,
-/// because it changes the field only perpendicular to its direction, whereas noise has no such
-/// direction.
+/// Repeats the fit if several readings share errors. Such errors come from uncertain inputs, and
+/// from the random rotation of the cube each time it is put down. The size of this rotation can be
+/// estimated from the readings. It changes the field only perpendicular to the direction of the
+/// field, whereas noise acts in all directions.
 ///
 /// The method is generalised least squares. The readings have the covariance V = diag(sigma_k^2 /
 /// w) + tau^2 K K^T + H C H^T. Here w is the weight of a reading, K and H are the derivatives of
@@ -22,14 +22,14 @@ namespace axiscal {
 /// estimated by restricted likelihood (method.md, section 4).
 ///
 /// All readings are used. The field's direction is fitted unless the method takes it as known.
-/// Consecutive readings at one design point belong to one laying. The call replaces coefficients,
-/// fields, residual_sd, degrees of freedom, covariance, intervals and components of the estimate.
-/// If no error is shared, or if the readings do not separate the shared errors from noise, it
-/// changes nothing but the notes.
+/// Consecutive readings at one design point belong to one placement of the cube. The call replaces
+/// coefficients, fields, residual_sd, degrees of freedom, covariance, intervals and components of
+/// the estimate. It changes only the notes if no errors are shared, or if the readings cannot
+/// separate shared errors from noise.
 ///
 /// @param run  the readings that were fitted.
-/// @return the share of each uncertain input in the covariance of the coefficients; empty if no
-///         input was weighed.
+/// @return the contribution of each uncertain input to the covariance of the coefficients; empty if
+///         the fit included no uncertain input.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 7.6, 11.1.
 [[nodiscard]] std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
@@ -53,9 +53,9 @@ namespace axiscal {
                                                               const Estimate& estimate,
                                                               const ReadingSet& of);
 
-/// Tests for curvature of the axes' responses by an F test of nested models. It compares the fit
-/// without and with columns f_k^2, the squared field along axis k; both fits include the shared
-/// errors.
+/// Tests for curvature of the axes' responses by an F test of nested models. The first fit has no
+/// squared terms. The second fit has a column f_k^2 for each axis k, where f_k is the component of
+/// the field along the axis. Both fits include the shared errors.
 ///
 /// @param run       the readings that were fitted.
 /// @param estimate  the estimate after weigh_shared_errors().

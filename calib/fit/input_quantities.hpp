@@ -17,9 +17,9 @@ namespace axiscal {
 /// normals; 3 x 18, faces in the order of Face. Only the columns of the rest and fence faces are
 /// nonzero.
 ///
-/// The normals of the rest and fence faces are n_r and n_f. With z = -n_r, y = n_f minus its
-/// component along z, x = y cross z (method.md, section 2):
-/// dz = -dn_r,  dy = x (x . dn_f) - z (y . dz),  dx = -y (x . dn_f) - z (x . dz).
+/// The normals of the rest and fence faces are n_r and n_f. The axes of the table are z = -n_r, y =
+/// n_f minus its component along z (normalised), and x = y cross z (method.md, section 2). Their
+/// derivatives are dz = -dn_r, dy = x (x . dn_f) - z (y . dz), and dx = -y (x . dn_f) - z (x . dz).
 ///
 /// @param rotation_table_from_positioner  the matrix with the rows x, y, z.
 /// @param field_in_table  the field in the table's frame at the reading's level.
@@ -28,8 +28,8 @@ namespace axiscal {
     const DesignPoint& point,
     const Eigen::Vector3d& field_in_table);
 
-/// An uncertain input of the fit, whose error the readings share. The fit, the uncertainty budget
-/// and the forecast all use this description.
+/// An uncertain input of the fit. Its error affects several readings. The fit, the uncertainty
+/// budget and the forecast all use this description.
 struct InputQuantity {
   std::string name;  ///< the name of the source in the budget
   double u = 0.0;    ///< standard uncertainty of the input; NaN if it is not a single number
@@ -56,8 +56,9 @@ struct InputQuantity {
 /// @param set  must outlive the result.
 [[nodiscard]] InputQuantity mount_quantity(double u_rad, const ReadingSet& set);
 
-/// Derivatives of a run's readings with respect to the inputs' errors. There is one column for each
-/// error; the rows are those of Fit::columns(), in units of the run's sigma.
+/// Computes the derivatives of the readings with respect to the errors of the inputs. The result
+/// has one column for each error. Its rows are those of Fit::columns(), in units of the sigma of
+/// `run`.
 [[nodiscard]] Eigen::MatrixXd input_error_jacobian(const std::vector<InputQuantity>& inputs,
                                                    const Fit& run,
                                                    const TableField& field);

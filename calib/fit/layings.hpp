@@ -12,19 +12,20 @@
 
 namespace axiscal {
 
-/// Consecutive readings at one design point, level and block are one laying. With temperature
-/// terms, or without design points, each reading is a laying of its own.
+/// Divides the readings into layings. A laying is one placement of the cube: consecutive readings
+/// at the same design point, field level and block. With temperature terms, or without design
+/// points, each reading is a laying by itself.
 /// @return the position of the first reading of each laying.
 [[nodiscard]] std::vector<std::size_t> laying_starts(const ReadingSet& set);
 
-/// Readings that are each the mean of one laying, with the scatter within the laying.
+/// The mean readings of the layings, and the scatter within the layings.
 struct Layings {
   [[nodiscard]] const ReadingSet& set() const { return own ? *own : given; }
 
-  const ReadingSet& given;             // must outlive this object
-  std::optional<ReadingSet> own;       // the means; nullopt: identical to `given`
-  Eigen::VectorXd squares;             // m: sums of squares within layings
-  Eigen::VectorXd degrees_of_freedom;  // m
+  const ReadingSet& given;        // must outlive this object
+  std::optional<ReadingSet> own;  // the mean readings; nullopt if they are identical to `given`
+  Eigen::VectorXd squares;        // m: sum of squares about the means of the layings
+  Eigen::VectorXd degrees_of_freedom;  // m: degrees of freedom of `squares`
 };
 
 /// Averages the readings of each laying. Readings in estimate.unpaired get the weight 0.

@@ -7,9 +7,9 @@
 namespace axiscal {
 
 /// Tests for each rest face whether its readings show the same slope of the table as all other
-/// readings (method.md, section 5). The test compares the differences between opposite positions of
-/// the face (opposite fence faces) with the prediction from the other readings. Each axis has its
-/// own scatter.
+/// readings (method.md, section 5). The test compares the differences between readings with
+/// opposite fence faces with the prediction from the other readings. The scatter is estimated
+/// separately for each axis.
 ///
 /// The p-value and the face that disagrees are stored in estimate.levelness. If the estimate has no
 /// levelness, it is not changed.

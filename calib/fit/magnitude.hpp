@@ -10,13 +10,13 @@
 
 namespace axiscal {
 
-/// Method magnitude: the orientations are unknown; only the field's magnitude is known (method.md,
-/// section 4).
+/// Method magnitude: fits readings with unknown orientations in a field of known magnitude
+/// (method.md, section 4).
 ///
 /// @param set    readings of three axes.
 /// @param F      magnitude of the field.
 /// @param noise  covariance of a reading up to a factor; the identity if the axes have equal noise.
-/// @param squares  true: a squared term of each axis is fitted too.
+/// @param squares  true if a squared term of each axis is fitted too.
 /// @throws RefusedError, RankDeficientError  if there are not three axes, if there are fewer than
 ///                                           ten readings, or if the orientations do not determine
 ///                                           the coefficients.
@@ -29,18 +29,18 @@ namespace axiscal {
 /// Fits an ellipse to the readings of two axes that were turned about the direction perpendicular
 /// to both.
 ///
-/// A = S^-1 is symmetric. The response of the axes to a field across the plane is not observable;
-/// these sensitivities are 0.
-/// @param F  length of the field in the plane.
+/// The matrix A = S^-1 of the two axes is assumed to be symmetric. The response to a field
+/// perpendicular to the plane cannot be observed; its sensitivities are 0 in the result.
+/// @param F  magnitude of the field's component in the plane of the two axes.
 /// @throws RefusedError  for fewer than eight readings, or if they do not lie on an ellipse.
 [[nodiscard]] Estimate estimate_ellipse(const ReadingSet& set, double F);
 
-/// Fits the sessions of one instrument separately; each session is a block of the set. A
-/// coefficient is the weighted mean over the sessions; the weights include the noise of a session
-/// and the scatter between sessions.
+/// Fits the sessions of one instrument separately; each session is a block of the set. Each
+/// coefficient of the result is a weighted mean over the sessions. The weights depend on the noise
+/// within each session and on the scatter between the sessions.
 ///
-/// @return the result of estimate_magnitude() for all readings if there is only one session, or if
-///         a session does not determine the coefficients.
+/// @return the combined estimate. If there is only one session, or if a session does not determine
+///         the coefficients, it is the result of estimate_magnitude() for all readings.
 /// @par Source
 /// Paule & Mandel, J. Res. NBS 87 (1982) 377-385; Hartung & Knapp, Stat. Med. 20 (2001) 3875-3889.
 [[nodiscard]] Estimate estimate_sessions(const ReadingSet& set,
@@ -55,13 +55,14 @@ namespace axiscal {
 ///                  field in the table's frame.
 void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
 
-/// Refits readings, starting near the solution. Simulations use this function.
+/// Fits simulated readings by method magnitude, starting at the response `start`.
 [[nodiscard]] LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
                                              double F,
                                              MagnitudeShape shape,
                                              const LinearResponse& start);
 
-/// The fields that correspond to readings of three axes: (v - b) S^-T, n x 3.
+/// Computes the fields from readings of three axes. Each row v is converted to (v - b) S^-T; the
+/// result is n x 3.
 [[nodiscard]] Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
                                                  const Eigen::MatrixXd& readings);
 

@@ -9,11 +9,11 @@
 
 namespace axiscal {
 
-/// The fit of a method that uses the pose of each reading, or its field. Each built-in method has
-/// one entry in method_fit.cpp.
+/// A method that uses the pose or the field of each reading, with the function that fits the
+/// readings. Each built-in method has one entry in method_fit.cpp.
 struct MethodFit {
   Method method = Method::joint;
-  /// @param by_field  true if each reading states its field.
+  /// @param by_field  true if each reading has its own given field.
   Estimate (*fitted)(const ReadingSet& readings, bool by_field) = nullptr;
 };
 
@@ -22,12 +22,12 @@ struct MethodFit {
 
 /// Adds a user-defined method. No other thread may calibrate during the call.
 /// @param kind  the name and properties of the method; the call sets kind.method.
-/// @return the value of the new method.
+/// @return the enumerator of the new method.
 /// @throws DomainError  if the name is taken.
 Method add_method(MethodKind kind, Estimate (*fitted)(const ReadingSet& readings, bool by_field));
 
-/// @return the field with the stated vector of each part.
-/// @throws SetupError  if the vector of a part is not known.
+/// @return a copy of the field in which each part has its stated vector.
+/// @throws SetupError  if the vector of a part is not stated.
 [[nodiscard]] TableField stated_field(const TableField& field);
 
 [[nodiscard]] MethodFit joint_method();

@@ -16,26 +16,30 @@
 
 namespace axiscal {
 
-/// Columns that a hypothesis adds to the model, shared by all axes.
+/// A function that returns the columns that a hypothesis adds to the model. The coefficients of
+/// these columns are shared by all axes.
 ///
 /// @param field         the field at which the model is linearised.
 /// @param coefficients  p x m: the coefficients of the axes' own columns at this field.
-/// @return (n m) x q, axis below axis, not weighted.
+/// @return (n m) x q, not weighted: n rows for the first axis, then n rows for the second axis, and
+///         so on.
 using AddedColumns =
     std::function<Eigen::MatrixXd(const TableField& field, const Eigen::MatrixXd& coefficients)>;
 
-/// The values of the unknowns in which the model is not linear.
+/// A point in the space of the unknowns in which the model is not linear.
 struct Place {
-  TableField field;                            ///< the field in the table's frame
-  Eigen::MatrixXd scale = {};                  ///< m x order: c of TemperatureTerms::scale
-  SensitivityMatrix along = {};                ///< m x 3: the sensitivity S that c multiplies
-  std::map<int, Eigen::Matrix3d> mounts = {};  ///< turn of the instrument in each mount
-  Eigen::VectorXd added = {};                  ///< q: coefficients of the added columns
-  Eigen::MatrixXd coefficients = {};           ///< p x m: argument of AddedColumns; or empty
+  TableField field;              ///< the field in the table's frame
+  Eigen::MatrixXd scale = {};    ///< m x order: the coefficients c of TemperatureTerms
+  SensitivityMatrix along = {};  ///< m x 3: the sensitivity S in TemperatureTerms
+  /// rotation of the instrument in each mount, by mount number
+  std::map<int, Eigen::Matrix3d> mounts = {};
+  Eigen::VectorXd added = {};         ///< q: coefficients of the added columns
+  Eigen::MatrixXd coefficients = {};  ///< p x m: coefficients for AddedColumns; may be empty
 };
 
-/// One axis at a place. Its own p coefficients are fitted. The s shared unknowns are the steps of
-/// the field's directions, of the mounts' turns and of the added coefficients.
+/// The fit of one axis at a Place. Its own p coefficients are fitted by linear regression. The s
+/// shared unknowns are steps of the field's directions, of the mounts' rotations and of the
+/// coefficients of added columns.
 struct AxisSolution {
   [[nodiscard]] const Eigen::MatrixXd& X() const { return *columns; }
   [[nodiscard]] const Eigen::VectorXd& root_weights() const { return design->root_weights(); }
@@ -43,15 +47,17 @@ struct AxisSolution {
   /// Computes `sums` and `shared_squares` from the other members.
   void find_sums();
 
-  // Axes with the same columns and weights share these two.
+  // Axes with the same columns and weights share the next two objects.
   std::shared_ptr<const Eigen::MatrixXd> columns;  ///< X, n x p, not weighted
   std::shared_ptr<const FactoredDesign> design;
-  Eigen::VectorXd estimate;        ///< b, S, second fields, temperature, effects; p
-  Eigen::VectorXd residuals;       ///< weighted, n
-  Eigen::MatrixXd shared;          ///< weighted, n x s: change of the readings per unit step
-  Eigen::MatrixXd projected;       ///< n x s: `shared` after projection off X
-  Eigen::MatrixXd take_up;         ///< p x s: change of the estimate per unit step, negated
-  ResponseSums sums;               ///< sums of products of `projected` and `residuals`
+  /// p coefficients: bias, sensitivities, temperature terms, effects of the run
+  Eigen::VectorXd estimate;
+  Eigen::VectorXd residuals;  ///< weighted, n
+  /// weighted, n x s: change of the readings per unit step of each shared unknown
+  Eigen::MatrixXd shared;
+  Eigen::MatrixXd projected;  ///< n x s: `shared` minus its projection on the columns of X
+  Eigen::MatrixXd take_up;  ///< p x s: decrease of `estimate` per unit step of each shared unknown
+  ResponseSums sums;        ///< sums of products of `projected` and `residuals`
   Eigen::VectorXd shared_squares;  ///< s: squared lengths of the columns of `shared`
 };
 
@@ -63,10 +69,11 @@ struct Solution {
 
   [[nodiscard]] const TableField& field() const { return place.field; }
 
-  /// @return the index of the first shared unknown of a vector's tangents.
+  /// @return the index of the first shared unknown for the direction of field vector number
+  ///         `vector`.
   [[nodiscard]] Eigen::Index first_direction(std::size_t vector) const;
 
-  /// @return the number of the tangents of all vectors.
+  /// @return the number of shared unknowns for the directions of all field vectors.
   [[nodiscard]] Eigen::Index direction_count() const { return first_direction(tangents.size()); }
 
   [[nodiscard]] Eigen::Index shared_count() const { return axes.front().shared.cols(); }
@@ -80,14 +87,15 @@ struct Solution {
 [[nodiscard]] std::optional<ReadingSet> with_scales_of(const ReadingSet& readings,
                                                        const Place& place);
 
-/// Covariance and degrees of freedom of the shared unknowns.
+/// The covariance of the shared unknowns, and the degrees of freedom that remain for each axis.
 struct SharedCost {
   Eigen::MatrixXd covariance;  ///< s x s
-  /// m: the number of readings minus p, minus the axis's share of the s shared unknowns
+  /// m entries: the number of readings minus p, minus the part of the s shared unknowns that this
+  /// axis determines
   Eigen::VectorXd degrees_of_freedom;
 };
 
-/// Standard deviations of the axes by restricted likelihood.
+/// Standard deviation of the noise of each axis, estimated by restricted likelihood.
 struct AxisNoise {
   Eigen::VectorXd sigma;               ///< m
   Eigen::VectorXd degrees_of_freedom;  ///< m
@@ -95,22 +103,22 @@ struct AxisNoise {
 
 /// The model of a run (method.md, section 4): the readings, and the unknowns that are fitted.
 ///
-/// A reading of axis k is v = x_k b_k + e, where the row x_k contains 1, the field in the sensor's
-/// frame, the temperature terms and the effects of the run. The field in the sensor's frame depends
-/// on the directions of the field in the table and on the turns of the mounts. These unknowns are
-/// shared by all axes. For any Place the axes' own coefficients b_k follow by linear regression
+/// A reading of axis k is v = x_k b_k + e. The row x_k contains 1, the field in the sensor's frame,
+/// the temperature terms and the effects of the run. The field in the sensor's frame depends on the
+/// directions of the field in the table and on the rotations of the mounts. These unknowns are
+/// shared by all axes. For any Place, linear regression gives the axes' own coefficients b_k
 /// (variable projection), so gauss_newton() searches only the shared unknowns.
 ///
 /// @par Source
 /// Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432; Kaufman, BIT 15 (1975) 49-57.
 class Model {
  public:
-  /// A direction is undetermined if less than this fraction of its effect on the readings remains
-  /// after projection off the own columns.
+  /// A direction of the field counts as undetermined if less than this fraction of its effect on
+  /// the readings remains after subtracting the projection on the own columns.
   static constexpr double open_below = 1e-9;
 
   /// @param readings          must outlive the model.
-  /// @param directions_known  whether the field's directions are given.
+  /// @param directions_known  true if the field's directions are given.
   /// @param weights           n x m, used instead of readings.weights; must outlive the model.
   Model(const ReadingSet& readings, bool directions_known, const Eigen::MatrixXd& weights)
       : readings_(readings), weights_(weights), directions_known_(directions_known) {}
@@ -120,8 +128,8 @@ class Model {
   /// @return the same model with the columns of a hypothesis.
   [[nodiscard]] Model with(AddedColumns added) const;
 
-  /// @return the same model with a turn of the instrument in each mount as an unknown. The turns
-  ///         sum to 0.
+  /// @return the same model with the rotation of the instrument in each mount as a further unknown.
+  ///         The rotations sum to 0.
   [[nodiscard]] Model with_free_mounts() const;
 
   [[nodiscard]] const ReadingSet& readings() const { return readings_; }
@@ -140,7 +148,8 @@ class Model {
   /// @param step  changes of the s shared unknowns.
   [[nodiscard]] Place moved(const Solution& from, const Eigen::VectorXd& step) const;
 
-  /// Least squares over all unknowns, each axis in units of its sigma, by gauss_newton().
+  /// Fits all unknowns by least squares with gauss_newton(). The residuals of each axis are divided
+  /// by its sigma.
   /// @param sigma  standard deviation of each axis, m.
   /// @return the solution; `converged` is false if the steps do not converge.
   /// @throws RankDeficientError  as at().

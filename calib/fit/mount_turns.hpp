@@ -11,17 +11,19 @@
 
 namespace axiscal {
 
-/// The rotations of the instrument in its mounts: S_j = S (I + [d_j]x) is the sensitivity in mount
-/// j. The rotation vectors d_j sum to 0.
+/// The rotations of the instrument in its mounts. The sensitivity in mount j is S_j = S (I +
+/// [d_j]x), where [d_j]x is the cross-product matrix of the rotation vector d_j. The vectors d_j
+/// sum to 0.
 struct MountTurns {
   std::map<int, Eigen::Matrix3d> turns;  ///< rotation for each mount number
-  double expected = 0.0;  ///< mean square of a component of d_j if only noise causes the turns
+  double expected = 0.0;  ///< mean square of a component of d_j if the rotations are only noise
 };
 
-/// Fits the turns together with all other unknowns.
+/// Fits the rotations of the mounts together with all other unknowns.
 ///
-/// @param set  the readings; their rotations already include the turns that are known.
-/// @return `nullopt` for one mount, or if the readings do not determine the turns.
+/// @param set  the readings; their orientations already include the known rotations of mounts.
+/// @return the rotations; `nullopt` if there is only one mount, or if the readings do not determine
+///         the rotations.
 [[nodiscard]] std::optional<MountTurns> fitted_mounts(const ReadingSet& set,
                                                       const Estimate& estimate,
                                                       bool known_field);

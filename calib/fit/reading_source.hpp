@@ -17,14 +17,16 @@ namespace axiscal {
 /// The parts of a model that depend on the run.
 struct ModelChoice {
   int temperature_order = 0;  ///< 0: no temperature terms
-  /// t0 of all temperature sensors; if not set: the mean of each sensor over the readings
+  /// reference temperature of all temperature sensors; nullopt: the mean of each sensor over the
+  /// readings
   std::optional<double> temperature_reference;
   /// effects of the run; effects.blocks is ignored if there are temperature terms
   EffectSetup effects;
-  /// For Weighting::samples: the fraction of a reading's mean variance that more samples do not
-  /// reduce.
+  /// for Weighting::samples: the fraction of a reading's mean variance that does not decrease with
+  /// the number of samples
   double variance_floor = 0.0;
-  std::map<int, Eigen::Matrix3d> mounts;  ///< turn of the instrument in each mount; or empty
+  /// rotation of the instrument in each mount; may be empty
+  std::map<int, Eigen::Matrix3d> mounts;
 };
 
 /// The variance of a reading in units of the mean variance (method.md, section 4.1).
@@ -40,14 +42,15 @@ template <typename Value>
 class ReadingSource {
  public:
   /// @param experiment, observations  must outlive the source and its copies.
-  /// @param by_field  true if each reading states its field; design points are then ignored.
-  /// @throws SetupError, RefusedError  for unknown runs, no readings, or missing weights.
+  /// @param by_field  true if each reading has its own given field; design points are then ignored.
+  /// @throws SetupError, RefusedError  if a run to leave out does not exist, if no readings remain,
+  ///                                   or if weights are missing.
   ReadingSource(const Experiment& experiment,
                 const Observations& observations,
                 Weighting weighting,
                 bool by_field);
 
-  /// @return the same readings under another model.
+  /// @return a source of the same readings for another model.
   [[nodiscard]] ReadingSource with(ModelChoice choice) const;
 
   /// @return the source without the readings that are out of range on one or more axes.
@@ -60,8 +63,8 @@ class ReadingSource {
 
   /// @return the readings with the columns of the model. The weight is 0 if an axis does not use a
   ///         reading.
-  /// @param seen  n x m: which readings each axis uses, a row for each of rows(); empty: each axis
-  ///              uses all readings within its range.
+  /// @param seen  n x m, a row for each entry of rows(): true if the axis uses the reading. If
+  ///              empty, each axis uses all readings within its range.
   [[nodiscard]] ReadingSet set(const std::vector<FieldDescription>& parts,
                                const AxisMask& seen) const;
 
@@ -76,18 +79,18 @@ class ReadingSource {
   /// @return rotation_sensor_from_table of a reading.
   [[nodiscard]] Eigen::Matrix3d rotation(const Reading& reading) const;
 
-  /// @return ReadingSet::field_then of a reading; the identity if the field does not move.
+  /// @return the matrix ReadingSet::field_then of a reading; the identity if the field is constant.
   [[nodiscard]] Eigen::Matrix3d field_then(const Reading& reading) const;
 
-  /// @return a row for each of all observations, a column for each axis: true if the reading is
-  ///         within the range of the axis.
+  /// @return a row for each observation and a column for each axis: true if the reading is within
+  ///         the range of the axis.
   [[nodiscard]] const AxisMask& in_range() const { return selection_->in_range; }
 
-  /// @return the mean time of the readings; nullopt if the field does not move, or if a reading has
+  /// @return the mean time of the readings; nullopt if the field is constant, or if a reading has
   ///         no time.
   [[nodiscard]] std::optional<double> mean_time_s() const { return selection_->mean_time_s; }
 
-  /// @return the second fields, which are known in the table.
+  /// @return the second fields (Experiment::also), whose vectors in the table's frame are known.
   [[nodiscard]] const std::vector<FieldDescription>& also() const { return selection_->also; }
 
   [[nodiscard]] bool by_field() const { return by_field_; }
@@ -106,7 +109,8 @@ class ReadingSource {
     std::vector<std::size_t> rows;
     std::vector<std::size_t> rows_kept_out;
     std::vector<FieldDescription> also;
-    std::vector<int> blocks;  // used block numbers if each block has its own levelness; else empty
+    // numbers of the used blocks if each block has its own levelness; otherwise empty
+    std::vector<int> blocks;
     AxisMask in_range;
     std::optional<double> mean_time_s;
   };
@@ -114,7 +118,8 @@ class ReadingSource {
   [[nodiscard]] Selection selected(Weighting weighting) const;
   [[nodiscard]] std::vector<TemperatureSpan> spans_of_sensors() const;
   void put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const;
-  // The weight of an observation, not normalised; it includes the floor of the variance.
+  // Returns the weight of an observation before normalisation. It includes the effect of
+  // variance_floor.
   [[nodiscard]] double weight(Eigen::Index row, Eigen::Index axis) const;
   void put_temperature(ReadingSet& set) const;
 
@@ -123,7 +128,8 @@ class ReadingSource {
   bool by_field_;
   std::shared_ptr<const Selection> selection_;
   ModelChoice choice_;
-  std::vector<TemperatureSpan> spans_;  // one for all axes, or one for each axis's own sensor
+  // one entry for all axes, or one for each axis's own temperature sensor
+  std::vector<TemperatureSpan> spans_;
 };
 
 }  // namespace axiscal

@@ -10,16 +10,18 @@
 namespace axiscal {
 
 /// Finds the rounding step of an axis's readings. If all readings differ by multiples of the stated
-/// step, the result is the stated step. Otherwise it is the largest multiple of the last digit that
-/// divides all differences of the readings.
+/// step, the result is the stated step. Otherwise it is the largest multiple of the last decimal
+/// digit that divides all differences of the readings.
 ///
-/// If this multiple is far below the noise, the result is instead the largest step that divides all
-/// differences to within the last digit, for example the step of counts multiplied by a factor. A
-/// step is accepted if its probability by chance is below 0.001.
+/// If this multiple is far below the noise, a step that is not a multiple of the last digit is
+/// sought, for example the step of integer counts that were multiplied by a factor. The result is
+/// then the largest step that divides all differences to within the last digit. A step is accepted
+/// if its probability by chance is below 0.001.
 ///
 /// @param readings     the readings of one axis [unit].
 /// @param stated_step  [unit]; 0: not stated.
-/// @param noise_sd     standard deviation of one reading [unit]; infinity: any step is sought.
+/// @param noise_sd     standard deviation of one reading [unit]; if infinite, a step that is not a
+///                     multiple of the last digit is always sought.
 /// @return the step [unit]; nullopt if the readings do not show a step.
 [[nodiscard]] std::optional<double> detect_rounding_step(
     std::vector<double> readings,
@@ -37,9 +39,9 @@ namespace axiscal {
 ///
 /// @param response  n x m [unit].
 /// @param weights   n x m; readings of weight 0 do not count.
-/// @param noise_sd  m: standard deviation of one reading of each axis [unit]; empty: any step is
-///                  sought.
-/// @return n x m [unit]; 0: the readings do not show a step.
+/// @param noise_sd  m: standard deviation of one reading of each axis [unit]; empty: infinite for
+///                  all axes.
+/// @return n x m: the step of each reading [unit]; 0 if the readings do not show a step.
 [[nodiscard]] Eigen::MatrixXd detect_rounding_steps(const Eigen::MatrixXd& response,
                                                     const Eigen::MatrixXd& weights,
                                                     double stated_step,

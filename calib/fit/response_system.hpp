@@ -13,13 +13,14 @@ namespace axiscal {
 // after axis. The columns are first the p own coefficients of each axis, then the shared unknowns:
 // the directions of the fields, and the errors of inputs or the columns of a hypothesis.
 
-/// Derivative of the field in the sensor with respect to q unknowns: three rows for each reading,
-/// (3 n) x q.
+/// Derivative of the field in the sensor's frame with respect to q unknowns: (3 n) x q, with three
+/// rows for each reading.
 using FieldChanges = Eigen::MatrixXd;
 
-/// @param axis  the axis; the derivatives are 0 for parts of the field that it does not see.
-/// @return derivative of the field in the sensor with respect to a step along the tangents of the
-///         field's vectors [rad], in the order of the vectors.
+/// @param axis  the axis; the derivatives are 0 for parts of the field to which it does not
+///              respond.
+/// @return derivatives of the field in the sensor's frame with respect to small rotations [rad] of
+///         the field's vectors along their tangents, in the order of the vectors.
 [[nodiscard]] FieldChanges field_direction_derivatives(
     const ReadingSet& set,
     const TableField& field,

@@ -41,8 +41,8 @@ class Rotations {
   }
 
  private:
-  // Only the latest entries are searched. A missed rotation is stored twice, which costs only
-  // memory.
+  // Only the most recent distinct rotations are searched. An older rotation may be stored twice,
+  // which costs only memory.
   std::uint32_t place_of(const Eigen::Matrix3d& rotation) {
     constexpr std::size_t latest = 32;
     const std::size_t count = std::min(latest, distinct_.size());

@@ -15,14 +15,16 @@ namespace axiscal {
 struct BiasStep {
   int after_run = 0;  ///< run number of the last reading before the step
   int block = 0;
-  double mean = 0.0;  ///< fraction of the run's readings that have the shift
+  double mean = 0.0;  ///< fraction of the run's readings that come after the step, within its block
 };
 
-/// The effects of the course of a run on its readings: a free change of the bias from block to
-/// block, a step, a drift, and a memory (method.md, section 4). These columns belong to the run,
-/// not to the instrument. If a fit has these columns, its bias is the mean bias of the run.
+/// Changes of the readings in the course of a run: a bias shift of each block, a step of the bias,
+/// a drift, and a memory of the previous reading (method.md, section 4). These effects belong to
+/// the run, not to the instrument. If a fit has columns for them, its bias is the mean bias of the
+/// run.
 struct RunEffects {
-  /// n x e: the columns of the blocks, the step and the drift, and zeros for the memory.
+  /// n x e: the columns of the blocks, the step and the drift. The column of the memory contains
+  /// zeros.
   Eigen::MatrixXd columns;
   std::vector<std::string> names;  ///< names of the e columns
   std::vector<int> blocks;         ///< numbers of the B blocks; empty if blocks are not fitted
@@ -30,8 +32,8 @@ struct RunEffects {
       shift_of_block;      ///< B x e: the values of the columns in each block, except for a drift
   bool has_drift = false;  ///< true if a column is the drift, which changes by 1 over the run
   std::optional<BiasStep> step;
-  /// n x m: the memory column of each axis, its previous reading minus the present reading [unit];
-  /// 0 x 0: no memory.
+  /// n x m: the memory column of each axis, which is the previous reading minus the present reading
+  /// [unit]; 0 x 0 if there is no memory.
   Eigen::MatrixXd memory;
   /// Numbers of the blocks with few readings. Each has a column, after the columns of the other
   /// blocks.
@@ -41,7 +43,8 @@ struct RunEffects {
   ///         means of residuals.
   [[nodiscard]] bool has_block_columns() const { return block_columns() > 0; }
 
-  /// @return B - 1, minus 1 if a drift is fitted to three blocks or more.
+  /// @return the degrees of freedom of the shifts of the blocks: B - 2 if a drift is fitted to
+  ///         three blocks or more, otherwise B - 1.
   [[nodiscard]] double degrees_of_freedom_of_blocks() const {
     return has_block_columns() ? static_cast<double>(block_columns())
                                : static_cast<double>(blocks.size()) - 1.0;
@@ -67,7 +70,7 @@ struct RunEffects {
     return columns.cols() - 1 - (memory.size() > 0 ? 1 : 0);
   }
 
-  /// @return the row of one reading in the columns of an axis.
+  /// @return the row for one reading in the effect columns of an axis.
   [[nodiscard]] Eigen::RowVectorXd row(Eigen::Index reading, Eigen::Index axis) const;
 
   /// @return the effects for means over groups of readings: the columns and the memory are averaged
@@ -83,16 +86,18 @@ inline constexpr std::size_t most_block_columns = 40;
 /// The effects that a fit includes.
 struct EffectSetup {
   bool blocks = false;  ///< shifts of blocks, if the readings determine them
-  bool drift = false;   ///< a drift, linear in time or order
+  /// a drift that is linear in time, or in the order of the readings if times are missing
+  bool drift = false;
   /// a shift of each reading by a fraction of its difference from the previous reading
   bool memory = false;
-  /// number of the run after which the biases step, until the end of the run's block
+  /// run number of the reading after which the biases step. The step lasts until the end of the
+  /// block of this reading.
   std::optional<int> step_after_run = {};
   bool operator==(const EffectSetup&) const = default;
 };
 
-/// Blocks with fewer readings are small blocks (RunEffects::small_blocks), because the other
-/// coefficients would absorb part of their biases.
+/// Blocks with fewer readings than this are small blocks (RunEffects::small_blocks), because the
+/// other coefficients would absorb part of their biases.
 inline constexpr int fewest_readings_of_block = 6;
 
 /// @param readings  the n readings of the run. Blocks have columns if two or more of them have at
@@ -124,7 +129,8 @@ void add_memory(const std::vector<Reading>& readings,
                                                       const std::vector<Reading>& run,
                                                       const std::vector<Reading>& others);
 
-/// @return positions of the readings in the order in which they were taken, by their run numbers.
+/// @return positions of the readings in the order of their run numbers, which is the order in which
+///         they were taken.
 [[nodiscard]] std::vector<std::size_t> order_of_runs(const std::vector<Reading>& readings);
 
 /// Returns the position of each of the n readings in the run, from -1/2 to 1/2. The positions

@@ -14,7 +14,8 @@ class SolvedReadings {
  public:
   /// @param set               the readings; must outlive this object.
   /// @param directions_known  true if the field's directions are given, false if they are fitted.
-  /// @param solution          solution of the fit; null: it is computed when needed.
+  /// @param solution          solution of the fit. If it is null, the solution is computed when it
+  ///                          is needed.
   SolvedReadings(const ReadingSet& set,
                  bool directions_known,
                  std::shared_ptr<const Solution> solution = nullptr)
@@ -23,7 +24,7 @@ class SolvedReadings {
   [[nodiscard]] const ReadingSet& set() const { return set_; }
   [[nodiscard]] bool known_field() const { return directions_known_; }
 
-  /// @return the solution at a field.
+  /// @return the model solved at a field.
   [[nodiscard]] std::shared_ptr<const Solution> at(const TableField& field) const;
 
  private:

@@ -8,8 +8,8 @@
 
 namespace axiscal {
 
-/// Returns the readings with which the methods start if there are temperature terms. The
-/// coefficients c of the temperature scale are 0 (method.md, section 6).
+/// Returns the readings with starting values of the temperature terms: the coefficients c of the
+/// temperature scale are 0 (method.md, section 6).
 ///
 /// @param set      the readings; temperature.order and temperature.d must be set.
 /// @param without  the estimate of the same readings without temperature terms.
@@ -25,13 +25,13 @@ namespace axiscal {
 /// @return the criterion; infinity if there are too few readings.
 [[nodiscard]] double axis_aicc(double residual_sd, double degrees_of_freedom, double columns);
 
-/// Describes an estimate as the trial of its temperature order: its AICc and its test of lack of
+/// Summarises an estimate as the trial of its temperature order: its AICc and its test of lack of
 /// fit.
 /// @return the trial; its AICc is infinity if there are too few readings.
 [[nodiscard]] TemperatureOrderTrial trial_of(const ReadingSet& set, const Estimate& estimate);
 
-/// Chooses the order with the smallest AICc. Then, as long as the test of lack of fit rejects this
-/// order and does not reject the next one, the next order is taken.
+/// Chooses the order with the smallest AICc. If the test of lack of fit rejects the chosen order
+/// but not the next one, the next order is taken instead. This step is repeated.
 /// @param trials  one trial for each of the orders 0, 1, ...
 [[nodiscard]] int chosen_order(const std::vector<TemperatureOrderTrial>& trials);
 

@@ -10,22 +10,23 @@ namespace axiscal {
 /// Returns the directions in which the fields of the readings differ, if there are fewer than
 /// three. The readings determine the response only along these directions.
 ///
-/// @param field   the field; it has no vectors if each reading states its field.
+/// @param field   the field; without vectors if each reading has its own given field.
 /// @param design  the rows [1, f, ..] of the readings.
-/// @return orthonormal columns in the sensor's frame; the sensor's own axes if these span the same
-///         space. Empty if the fields differ in three directions. Also empty for several axes in a
-///         cube that was not laid on the faces of each axis; the later error message then names the
-///         faces to add.
+/// @return orthonormal columns in the sensor's frame. If some of the sensor's axes span the same
+///         space, the columns are these axes. The result is empty if the fields differ in three
+///         directions. It is also empty if there are several axes and the cube was not put on the
+///         faces of each axis; a later error then names the faces to add.
 [[nodiscard]] Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
                                                const TableField& field,
                                                const Eigen::MatrixXd& design);
 
 /// @param design  the rows [1, f, ..] of the readings.
-/// @return the mean length of the fields at the readings, without fields of length 0.
+/// @return the mean magnitude of the field, over the readings at which it is not 0.
 [[nodiscard]] double mean_length_of_fields(const Eigen::MatrixXd& design);
 
-/// Fits a transfer: the regression of each axis on the field along the directions `seen`. The
-/// sensitivities across these directions are unknown, and 0 in the estimate.
+/// Fits a transfer: the regression of each axis on the components of the field along the directions
+/// `seen`. The sensitivities perpendicular to these directions are unknown; they are 0 in the
+/// estimate.
 /// @param seen  result of seen_directions(); at least one column.
 [[nodiscard]] Estimate estimate_transfer(const ReadingSet& set,
                                          const Eigen::MatrixXd& design,

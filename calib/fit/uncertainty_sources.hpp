@@ -9,11 +9,12 @@
 
 namespace axiscal {
 
-/// The sources of a calibration's uncertainty: the fit, and the stated uncertainties of the
+/// Lists the sources of a calibration's uncertainty: the fit, and the stated uncertainties of the
 /// experiment (method.md, section 8).
 ///
 /// @param set             the readings that were fitted; empty for method `bias`.
-/// @param weighed         the sources that the fit included, from weigh_shared_errors().
+/// @param weighed         the contributions that the fit already includes, from
+///                        weigh_shared_errors().
 [[nodiscard]] UncertaintyBudget make_budget(const Experiment& experiment,
                                             const ReadingSet& set,
                                             const Calibration& calibration,

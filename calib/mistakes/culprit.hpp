@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// The result of the search for a mistake.
+/// The mistakes that explain a contradiction between the readings.
 struct Culprit {
   std::vector<CalibrationWarning> warnings;  // sorted, the most likely mistake first
   Correction correction;                     // for the most likely mistake
@@ -21,7 +21,7 @@ struct Culprit {
   double effect = 0.0;
 };
 
-/// The report of a search for mistakes in a run.
+/// The result of a search for mistakes in a run.
 struct MistakeSearch {
   std::optional<Culprit> culprit;  // nullopt if no mistake was found
   // Remark on a reading that may be wrong; empty if there is no such reading.
@@ -32,8 +32,8 @@ struct MistakeSearch {
 ///         code.
 [[nodiscard]] std::string_view advice_of(const Correction& correction);
 
-/// True if a run can be searched for mistakes. It needs at least 6 readings of one field, all with
-/// labels, and none of them excluded.
+/// Returns true if a run can be searched for mistakes. It needs at least 6 readings of one field,
+/// all with labels, and none of them excluded.
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
 
 /// Tests whether the readings of a run contradict each other. If they do, finds the mistakes that

@@ -10,17 +10,17 @@
 
 namespace axiscal {
 
-/// Computes the variances of linear functions of a record's parameters. A function is given by its
-/// gradient. The readings' covariance is computed once for all functions.
+/// Computes the variances of linear functions of a record's parameters. Each function is given by
+/// its gradient. The parameters' covariance from the scatter of the readings is computed only once.
 class LinearPropagation {
  public:
   /// @param calibration  a record with statistics; it must outlive this object.
   explicit LinearPropagation(const Calibration& calibration);
 
-  /// @return the shares of the variance from the scatter of the fit.
+  /// @return the variance from the scatter of the fit, divided into its shares.
   [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient) const;
 
-  /// @return the shares of the variance from all sources of the budget.
+  /// @return the variance from all sources of the budget, divided into its shares.
   /// @param by_source  receives the standard uncertainty from each source.
   [[nodiscard]] VarianceShares all(const Eigen::RowVectorXd& gradient,
                                    std::vector<double>& by_source) const;

@@ -8,10 +8,11 @@
 
 namespace axiscal {
 
-/// @return ".d", ".d2", .. for the powers 1, 2, .. of the temperature.
+/// @return the suffix of the name of a temperature term: ".d" for power 1, ".d2" for power 2, ...
 [[nodiscard]] std::string power_suffix(int power);
 
-/// @return ".bias.d", ".bias.d2", .., ".scale.d", .. up to the power `order`.
+/// @return the name suffixes of an axis's temperature terms up to the power `order`:
+///         ".bias.d", ".bias.d2", .., ".scale.d", ..
 [[nodiscard]] std::vector<std::string> temperature_suffixes(int order);
 
 /// @return the names of all parameters of the axes, axis by axis.
@@ -21,7 +22,8 @@ namespace axiscal {
     int temperature_order = 0);
 
 /// @return the names of parameters, axis by axis.
-/// @param columns  indices in [bias, sensitivity to x, y, z, responses to second fields].
+/// @param columns  indices into the list (bias, sensitivities along x, y, z, responses to
+///                 additional fields).
 [[nodiscard]] std::vector<std::string> names_of_columns(
     const std::vector<std::string>& axes,
     const std::vector<Eigen::Index>& columns,
@@ -34,8 +36,8 @@ void fill_intervals(FitStatistics& statistics);
 /// Sets interval_95 from covariance and interval_dof.
 void put_intervals(FitStatistics& statistics);
 
-/// Adds a component of the scatter to the covariance. If the variance of a parameter increases,
-/// combine() computes its interval again.
+/// Adds a scatter component to the covariance. If this increases the variance of a parameter, the
+/// parameter's interval is computed again by combine().
 void add_component(ScatterComponent component, FitStatistics& statistics);
 
 /// Sets parameter names, standard errors, coverage factors and intervals of a record from the

@@ -10,9 +10,9 @@
 
 namespace axiscal {
 
-// The matrix decompositions that calib uses. Other files do not include Eigen's decompositions.
-// Thus ranks, condition numbers and inverses are computed in one way, and the templates compile
-// only once.
+// Wrappers of the matrix decompositions that calib uses. Because most files use only these
+// wrappers, ranks, condition numbers and inverses are computed in one way, and Eigen's templates
+// are compiled only once.
 
 /// A matrix J, n x p, factored by QR with column pivoting. Its columns are scaled to length 1.
 ///
@@ -57,15 +57,15 @@ class Factor {
   std::shared_ptr<const Parts> parts_;
 };
 
-/// A positive definite matrix N, p x p, factored by Cholesky's method after scaling its diagonal to
-/// 1. Use it for normal equations of columns in any units.
+/// A positive definite matrix N, p x p, factored by Cholesky's method. Its rows and columns are
+/// first scaled so that its diagonal is 1. Use it for normal equations of columns in any units.
 class PositiveFactor {
  public:
   /// @param damping  number that is added to each diagonal entry of the scaled matrix.
   explicit PositiveFactor(const Eigen::MatrixXd& normal, double damping = 0.0);
 
-  /// @return true if N is positive definite and finite, and if the square of each diagonal
-  ///         entry of the scaled matrix's Cholesky factor is above `open_below`.
+  /// @return true if N is positive definite and finite, and if every pivot is above `open_below`. A
+  ///         pivot is the square of a diagonal entry of the scaled matrix's Cholesky factor.
   [[nodiscard]] bool is_determined(double open_below = 0.0) const;
 
   // The functions from here on need a positive definite N.
@@ -106,8 +106,8 @@ class Whitening {
   std::shared_ptr<const Parts> parts_;
 };
 
-/// @return X with A X = B for a symmetric matrix A that is semidefinite up to rounding errors, by A
-///         = L D L^T with pivoting.
+/// @return the solution X of A X = B for a symmetric matrix A that is semidefinite up to rounding
+///         errors. It is computed by A = L D L^T with pivoting.
 [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
 /// @return true if the symmetric matrix A is finite and its pivots show that it is positive
@@ -136,8 +136,8 @@ struct SingularValues {
 /// @return L with L L^T = C for a covariance of any rank.
 [[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
 
-/// @return the x of smallest norm among those that minimise |A x - b|, by complete orthogonal
-///         decomposition (Golub & Van Loan, sec. 5.5).
+/// @return the vector x that minimises |A x - b|; if there are several, the one of smallest norm.
+///         It is computed by complete orthogonal decomposition (Golub & Van Loan, sec. 5.5).
 [[nodiscard]] Eigen::VectorXd minimum_norm_solution(const Eigen::MatrixXd& A,
                                                     const Eigen::VectorXd& b);
 
@@ -151,7 +151,8 @@ struct PseudoInverseWithRank {
 };
 [[nodiscard]] PseudoInverseWithRank pseudo_inverse_with_rank(const Eigen::MatrixXd& A);
 
-/// @return T with T T^T = (A^T A)^+; singular values that are not above `open_below` count as 0.
+/// @return T with T T^T = (A^T A)^+. Singular values of A that are not above `open_below` count as
+///         0.
 [[nodiscard]] Eigen::MatrixXd root_of_pseudo_inverse(const Eigen::MatrixXd& A, double open_below);
 
 /// @return orthonormal columns that span the columns of A, which has full rank; n x p.
@@ -168,8 +169,8 @@ struct PseudoInverseWithRank {
                                                            double open_below,
                                                            double share_above);
 
-/// @return the names of these columns. If consecutive columns have the same name, it occurs only
-///         once.
+/// @return the names of the given columns. If consecutive columns have the same name, it occurs
+///         only once.
 [[nodiscard]] std::vector<std::string> undetermined_column_names(
     const std::vector<Eigen::Index>& columns, const std::vector<std::string>& names);
 

@@ -24,9 +24,9 @@ struct Linearised {
 /// Returns the step s that minimises |r + J s|^2 + damping |L s|^2. L is the diagonal matrix with
 /// the lengths of J's columns.
 ///
-/// @param by_qr  true: an accurate step. It is computed by QR unless J is well conditioned. If J
-///               does not determine all unknowns, it is the step of smallest norm.
-///               false: a fast step, computed from J^T J unless J^T J is nearly singular.
+/// @param by_qr  if true, the step is accurate: it is computed by QR unless J is well conditioned.
+///               If J does not determine all unknowns, it is the step of smallest norm. If false,
+///               the step is fast: it is computed from J^T J unless J^T J is nearly singular.
 [[nodiscard]] Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr);
 
 /// Like damped_step(), but computed from the normal equations, with columns scaled to length 1.
@@ -45,8 +45,7 @@ concept GaussNewtonProblem = requires(const Problem problem,
                                       const typename Problem::State at,
                                       typename Problem::Linear linear,
                                       const Eigen::VectorXd step) {
-  // Computes residuals and Jacobian at a point. A prior adds one row for each of its standard
-  // deviations.
+  // Computes residuals and Jacobian at a point. Prior information on an unknown adds one row.
   {problem.linearise(at, linear)};
   // Returns the point after a step.
   { problem.moved(at, step) } -> std::convertible_to<typename Problem::State>;
@@ -60,9 +59,10 @@ concept GaussNewtonProblem = requires(const Problem problem,
 
 struct GaussNewtonOptions {
   int most_rounds = 200;
-  int most_attempts = 30;       ///< attempts for one step, each with ten times more damping
-  double settled = 1e-13;       ///< the search ends after a step shorter than this
-  double first_damping = 0.0;   ///< damping of the first step, for a start near a singular point
+  int most_attempts = 30;  ///< attempts for one step, each with ten times more damping
+  double settled = 1e-13;  ///< the search ends after a step shorter than this
+  /// damping of the first step; above 0 if the start is near a singular point
+  double first_damping = 0.0;
   double qr_from_below = 1e-6;  ///< after a step shorter than this, steps use QR
   double slack = 1e-12;         ///< fraction by which an accepted step may increase the cost
   double least_decrease = 0.0;  ///< the search also ends after a step that decreases the cost by
@@ -73,8 +73,10 @@ template <typename State>
 struct GaussNewtonResult {
   State state;
   int rounds = 0;
-  double left_to_go = 1.0;  ///< approximate length of the next step, or of a step that was rejected
-  bool converged = false;   ///< true if the next step is negligible, or if no step reduces the cost
+  /// estimated length of the next step; after a rejected step, the length of that step
+  double left_to_go = 1.0;
+  /// true if the next step is negligible, or if no step decreases the cost
+  bool converged = false;
 };
 
 /// Minimises the sum of squares by the Gauss-Newton method. If a step increases the sum, it is
@@ -96,7 +98,7 @@ template <GaussNewtonProblem Problem>
   constexpr double least_damping = 1e-6;
   GaussNewtonResult<typename Problem::State> result{.state = std::move(start)};
   typename Problem::Linear linear;
-  double last_length = 1.0;  // of the last step that was taken
+  double last_length = 1.0;  // length of the last step that was accepted
   double damping = options.first_damping;
   while (!result.converged && result.rounds < options.most_rounds) {
     ++result.rounds;
@@ -138,8 +140,7 @@ template <GaussNewtonProblem Problem>
       result.converged = std::isfinite(cost);
       break;
     }
-    // The next step is assumed to be shorter than this one by the same factor as this one is
-    // shorter than the previous one.
+    // The length of the steps is assumed to decrease by the same factor again.
     result.left_to_go = last_length * std::min(1.0, last_length / length_before);
     result.converged = decrease_is_small || last_length < options.settled ||
                        (by_qr && result.left_to_go < options.settled);

@@ -28,14 +28,14 @@ inline constexpr Eigen::Index jackknife_parts = 10;
 /// @return q standard uncertainties.
 [[nodiscard]] Eigen::VectorXd jackknife_uncertainty(const Eigen::MatrixXd& changes);
 
-/// @return the covariance, rescaled to these standard uncertainties. The correlations, and rows of
-///         variance 0, do not change.
+/// @return the covariance, rescaled so that its standard uncertainties are `uncertainties`. The
+///         correlations, and rows of variance 0, do not change.
 [[nodiscard]] Eigen::MatrixXd rescaled_covariance(const Eigen::MatrixXd& covariance,
                                                   const Eigen::VectorXd& uncertainties);
 
 /// Estimates how many consecutive values contain as much information as one independent value. This
-/// number is 1 + 2 sum of the autocorrelations. It is computed from the variances of means of 2, 4,
-/// 8, ... values. The work is linear in n.
+/// number is 1 plus twice the sum of the autocorrelations. It is computed from the variances of
+/// means of 2, 4, 8, ... values. The work is linear in n.
 /// @param values  n values with mean 0.
 /// @return the number, at least 1 and at most n / 8; n / 8 if n is less than 8.
 /// @par Source

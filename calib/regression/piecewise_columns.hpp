@@ -11,7 +11,7 @@ namespace axiscal {
 struct ColumnPiece {
   Eigen::Index first = 0;  ///< index of the piece's first row
   std::vector<Eigen::Index> columns;
-  Eigen::MatrixXd W;  ///< these rows and columns of the whole matrix
+  Eigen::MatrixXd W;  ///< the values of the whole matrix in these rows and columns
 };
 
 /// Columns that are replaced by the same number of columns with the same span.
@@ -20,25 +20,25 @@ struct ReplacedColumns {
   Eigen::MatrixXd to_given;  ///< maps coefficients of the new columns to those of the given columns
 };
 
-/// The columns of W in a sparse basis, divided into pieces of consecutive rows. Some columns change
-/// only between blocks of rows. If the number of these columns equals the number of blocks, they
-/// are replaced by one column for each block. Each piece contains only its nonzero columns, so the
-/// work for a piece does not depend on c.
+/// A matrix W with c columns in a sparse basis, divided into pieces of consecutive rows. Some
+/// columns of W are constant within blocks of rows. If the number of these columns equals the
+/// number of blocks, they are replaced by one column for each block. Each piece contains only its
+/// nonzero columns, so the work for a piece does not depend on c.
 struct PiecewiseColumns {
   Eigen::Index count = 0;  ///< c, the number of columns of W
   std::vector<ColumnPiece> pieces;
   std::vector<ReplacedColumns> replaced;
 
-  /// @return the coefficients b of W, from the coefficients in the basis.
+  /// @return the coefficients b of the columns of W, computed from the coefficients in the basis.
   [[nodiscard]] Eigen::VectorXd estimate_of(Eigen::VectorXd in_basis) const;
 
-  /// @return the covariance of b, from the covariance in the basis.
+  /// @return the covariance of b, computed from the covariance in the basis.
   [[nodiscard]] Eigen::MatrixXd covariance_of(Eigen::MatrixXd in_basis) const;
 };
 
 /// @param W     n m x c: m rows for each of n units.
 /// @param rows  m, the number of rows of a unit.
-/// @param kept  number of last columns that are not replaced.
+/// @param kept  the last `kept` columns of W are not replaced.
 [[nodiscard]] PiecewiseColumns piecewise_columns(const Eigen::MatrixXd& W,
                                                  Eigen::Index rows,
                                                  Eigen::Index kept);

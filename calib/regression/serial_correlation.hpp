@@ -11,21 +11,24 @@ namespace axiscal {
 
 /// Readings in time order with m responses. Each response has its own regression.
 struct OrderedReadings {
-  std::vector<Eigen::MatrixXd> designs;  ///< m designs, or one for all; n x p, first column 1
-  Eigen::MatrixXd responses;             ///< n x m
-  Eigen::VectorXd places;   ///< n numbers of the readings in the run, whole and increasing
-  std::vector<int> blocks;  ///< n block numbers; each block is contiguous; empty: no blocks
+  /// n x p; one for each response, or one for all; first column 1
+  std::vector<Eigen::MatrixXd> designs;
+  Eigen::MatrixXd responses;  ///< n x m
+  Eigen::VectorXd places;     ///< n positions of the readings in the run: increasing whole numbers
+  std::vector<int> blocks;    ///< n block numbers; each block is contiguous; empty: no blocks
 
   [[nodiscard]] const Eigen::MatrixXd& design_of(Eigen::Index k) const {
     return designs[designs.size() == 1 ? 0 : static_cast<std::size_t>(k)];
   }
 };
 
-/// Readings count as correlated if lag_one_score() is above this limit (10 % one-sided).
+/// Readings count as correlated if lag_one_score() is above this limit (one-sided test at the 10 %
+/// level).
 inline constexpr double alike_above = 1.282;
 
-/// A note reports the correlation if lag_one_score() is above this limit (1 % one-sided). Between
-/// the two limits the correlation may be chance: the intervals include it, but no note reports it.
+/// A note reports the correlation if lag_one_score() is above this limit (one-sided test at the 1 %
+/// level). Between the two limits the correlation may be chance: the intervals include it, but no
+/// note reports it.
 inline constexpr double told_alike_above = 2.326;
 
 /// Computes a score of the correlation between the residuals of consecutive readings.
@@ -116,18 +119,17 @@ struct CorrelatedMean {
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
 [[nodiscard]] CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings);
 
-/// Computes the lag_one_score() of one response if its noise comes from a three-axis noise. The
-/// response contains the component of this noise along a direction that changes from reading to
-/// reading. Each pair of consecutive readings is weighted by the scalar product of its two
-/// directions.
+/// Computes lag_one_score() for one response whose noise is a component of three-axis noise. The
+/// direction of this component changes from reading to reading. Each pair of consecutive readings
+/// is weighted by the scalar product of its two directions.
 /// @param design    n x p.
 /// @param response  n entries.
-/// @param along     h, the direction of each reading, n x 3.
+/// @param along     h, n x 3: the direction of the component at each reading.
 [[nodiscard]] double lag_one_score(const Eigen::MatrixXd& design,
                                    const Eigen::VectorXd& response,
                                    const Eigen::MatrixX3d& along);
 
-/// Coefficients of a fit, as means over models of correlated noise.
+/// The coefficients of a fit, averaged over models of correlated noise.
 struct CorrelatedFit {
   Eigen::VectorXd estimate;         ///< p
   Eigen::MatrixXd covariance;       ///< p x p
@@ -135,7 +137,7 @@ struct CorrelatedFit {
   double correlation = 0.0;         ///< as in CorrelatedMean
 };
 
-/// Fits y_i = J_i b + h_i . x_i + white noise. x_i is a noise with three components; each component
+/// Fits y_i = J_i b + h_i . x_i + white noise. The noise x_i has three components; each component
 /// has the correlation rho^|i - j| between the readings i and j. The direction h_i changes from
 /// reading to reading. The models of the noise are those of estimate_correlated_mean() without
 /// blocks, with rho up to 0.995. The work is linear in n.
@@ -172,7 +174,7 @@ struct CommonAr1Problem {
 
 /// @return the change of the coefficients from the linear fit, and the covariance of the
 ///         coefficients. Both are means over models of the noise along the direction of the cause.
-///         Its covariance is V_ij = I_ij + lambda h_i h_j rho^|i - j|.
+///         The covariance of this noise is V_ij = I_ij + lambda h_i h_j rho^|i - j|.
 [[nodiscard]] CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem);
 
 }  // namespace axiscal

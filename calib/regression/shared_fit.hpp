@@ -8,10 +8,10 @@
 
 namespace axiscal {
 
-/// The sums over the readings of one response that fit_shared() needs. Several responses have D
-/// coefficients in common, and each response also has its own coefficients. P contains the shared
-/// columns, and y the readings. Both are projected onto the orthogonal complement of the response's
-/// own columns.
+/// The sums over the readings of one response that fit_shared() needs. All responses have D
+/// coefficients in common, and each response also has coefficients of its own. P contains the
+/// columns of the common coefficients, and y the readings. Both are projected onto the orthogonal
+/// complement of the response's own columns.
 struct ResponseSums {
   Eigen::MatrixXd information;      ///< P^T P, D x D
   Eigen::VectorXd gradient;         ///< P^T y, D

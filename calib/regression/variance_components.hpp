@@ -13,10 +13,11 @@ namespace axiscal {
 /// over the components. The errors e of different units are independent. Errors that several units
 /// share are coefficients in b (see `prior`).
 struct VarianceProblem {
-  Eigen::Index rows = 0;   ///< m
-  Eigen::MatrixXd W;       ///< n m x c; a row that is left out is 0 in W, y and `roots`
-  Eigen::VectorXd y;       ///< n m
-  Eigen::Index prior = 0;  ///< number of last columns whose coefficients are errors of variance 1
+  Eigen::Index rows = 0;  ///< m
+  Eigen::MatrixXd W;      ///< n m x c; a row that is left out is 0 in W, y and `roots`
+  Eigen::VectorXd y;      ///< n m
+  /// the coefficients of the last `prior` columns are errors of variance 1
+  Eigen::Index prior = 0;
   /// For each component q, a matrix with n m rows. It contains K_qi of all units i, one below the
   /// other, where Q_qi = K_qi K_qi^T.
   std::vector<Eigen::MatrixXd> roots;
@@ -32,18 +33,20 @@ struct VarianceProblem {
 struct VarianceFit {
   Eigen::VectorXd theta;             ///< the variance theta_q of each component
   Eigen::MatrixXd theta_covariance;  ///< covariance of theta; 0 for components at their limit
-  Eigen::MatrixXd information;       ///< A; 2 A^-1: covariance of components above their limit
-  Eigen::VectorXd estimate;          ///< b, c entries
-  Eigen::MatrixXd covariance;        ///< (W^T V^-1 W + prior)^-1, c x c
-  /// For each component q, the covariance of b (c x c) that a variance theta_q = 1 would
-  /// contribute.
+  /// A of the last round; 2 A^-1 is the covariance of components above their limit
+  Eigen::MatrixXd information;
+  Eigen::VectorXd estimate;  ///< b, c entries
+  /// c x c: the covariance of b, (W^T V^-1 W + D)^-1 with D = 1 for columns with a prior
+  Eigen::MatrixXd covariance;
+  /// for each component q, the contribution to the covariance of b (c x c) if the variance theta_q
+  /// is 1
   std::vector<Eigen::MatrixXd> unit_shares;
 
   /// Returns the part of b's covariance from the components, without the part from the prior.
   [[nodiscard]] Eigen::MatrixXd scatter() const;
 
-  /// Returns Satterthwaite's degrees of freedom of the variance of one entry of b, where this
-  /// variance is a diagonal entry of scatter(); at least 1.
+  /// Returns Satterthwaite's degrees of freedom of a diagonal entry of scatter(), which is the
+  /// variance of one entry of b; at least 1.
   [[nodiscard]] double degrees_of_freedom(Eigen::Index entry) const;
 
   /// Returns Satterthwaite's degrees of freedom of a variance that is the linear combination
@@ -69,8 +72,9 @@ struct VarianceFit {
                                                                  const Eigen::VectorXd& start,
                                                                  double still = 1e-9);
 
-/// Computes the score test of a component: one step of scoring from `theta`, where the component is
-/// 0, divided by the standard error of the step. A component with a low score need not be fitted.
+/// Computes the score test of a component. It starts at `theta`, where the component is 0. The
+/// result is one step of scoring for the component, divided by the standard error of the step. A
+/// component with a low score need not be fitted.
 ///
 /// @param theta  the variance of each component; theta(component) is 0.
 /// @return nullopt if the readings do not determine b or the components.
@@ -89,7 +93,9 @@ struct VarianceFit {
 /// The result of generalised least squares with known variances.
 struct WeightedFit {
   Eigen::VectorXd estimate;  ///< b, c entries
-  double squares = 0.0;      ///< y^T V^-1 (y - W b); expected: rows minus columns without prior
+  /// y^T V^-1 (y - W b); its expected value is the number of rows minus the number of columns
+  /// without prior
+  double squares = 0.0;
 };
 
 /// @return nullopt if the readings do not determine b.

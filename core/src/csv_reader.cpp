@@ -17,7 +17,7 @@ namespace {
 
 // Initial size of the buffer [bytes]: small, so that a short file uses few memory pages.
 constexpr std::size_t first_size = 1U << 13U;
-constexpr std::size_t block_size = 1U << 18U;  // [bytes], usual size; long rows need more
+constexpr std::size_t block_size = 1U << 18U;  // usual size of the buffer [bytes]
 
 bool is_blank(std::string_view text) {
   return text.find_first_not_of(" \t\r") == std::string_view::npos;

@@ -71,7 +71,8 @@ std::string read_whole_file(const std::string& path) {
   InputFile file(path);
   std::string content;
   std::size_t size = 0;
-  // One byte more than the file's size: the first read then shows whether the file has grown.
+  // There is room for one byte more than the file's size, so that the first read shows whether the
+  // file has grown.
   std::size_t room = std::min(file.size(), largest_whole_file) + 1;
   for (;;) {
     content.resize(size + room);

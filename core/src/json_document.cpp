@@ -67,8 +67,8 @@ void append_scalar(std::string& out, const Json& value) {
   }
 }
 
-// The text that is being written. If `take` is not null, the text is passed on in pieces; otherwise
-// `out` keeps all of it.
+// Collects the text that is written. If `take` is not null, it receives the text in pieces;
+// otherwise `out` keeps the whole text.
 struct JsonSink {
   std::string& out;
   const TakeText* take = nullptr;
@@ -82,8 +82,8 @@ struct JsonSink {
   }
 };
 
-// A column of a table is stored as a binary JSON value. Its bytes are the cells' texts, each ended
-// by a line feed. ColumnOf is its subtype.
+// The subtype of a binary JSON value that stores a column of a table. The bytes of the value are
+// the texts of the cells; a line feed ends each cell.
 enum class ColumnOf : std::uint8_t { scalars, lists };
 
 void append_column(const JsonSink& sink, const Json::binary_t& column, std::size_t indent) {
@@ -120,8 +120,8 @@ std::size_t size_of_columns(const Json& value) {
   return sum;
 }
 
-// Appends the value's text. If `value` is not const, each column becomes empty, so that memory does
-// not contain it twice.
+// Appends the value's text. If `value` is not const, each column is emptied after its text is
+// appended, so that memory does not contain the column twice.
 // NOLINTNEXTLINE(misc-no-recursion): the records that we write are a few levels deep
 template <typename AnyJson>
 void append(const JsonSink& sink, AnyJson& value, std::size_t indent) {
@@ -177,8 +177,8 @@ std::string escaped(std::string_view name) {
   return step;
 }
 
-// The JSON pointer from `root` to a value in it. The search is not recursive, because a file may be
-// nested deeply.
+// Returns the JSON pointer from `root` to a value in it. The search is not recursive, because a
+// file may be nested deeply.
 std::string way_to(const Json& value, const Json& root) {
   struct Level {
     const Json* parent;
@@ -307,7 +307,7 @@ int JsonValue::integer() const {
 
 std::size_t JsonValue::count() const {
   const double value = number();
-  constexpr double most = 9007199254740992.0;  // 2^53: each whole number up to it is a double
+  constexpr double most = 9007199254740992.0;  // 2^53; doubles represent all whole numbers up to it
   if (value != std::floor(value) || value < 0.0 || value > most) {
     fail("must be a whole number, 0 or more");
   }
@@ -437,7 +437,8 @@ void JsonValue::fail(std::string_view what) const {
 
 namespace {
 
-// The largest allowed depth of nesting. Copying a value is recursive, with one call for each level.
+// The largest allowed depth of nesting. It is limited because copying a value makes one recursive
+// call for each level.
 constexpr std::size_t deepest = 1000;
 
 }  // namespace
@@ -460,7 +461,7 @@ JsonValue parse_json(std::string_view text, std::string path) {
     const std::string_view before = text.substr(0, error.byte == 0 ? 0 : error.byte - 1);
     const auto line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
     std::string_view reason = error.what();
-    const std::size_t colon = reason.find(": ");  // ends "[json.exception...] ... column N"
+    const std::size_t colon = reason.find(": ");  // end of "[json.exception...] ... column N"
     reason.remove_prefix(colon == std::string_view::npos ? 0 : colon + 2);
     throw DataError(path, line, "not valid JSON: " + std::string(reason));
   } catch (const Json::exception& error) {
@@ -579,7 +580,7 @@ void JsonColumns::put_value(std::string_view key, const Json& value) {
 
 Json JsonColumns::take() {
   Json columns = Json::object();
-  columns.get_ref<Json::object_t&>().reserve(columns_.size());  // growth would copy them
+  columns.get_ref<Json::object_t&>().reserve(columns_.size());  // growth would copy the columns
   for (Column& column : columns_) {
     for (; column.count < rows_; ++column.count) {
       column.cells += "null\n";

@@ -12,7 +12,8 @@
 namespace axiscal {
 namespace {
 
-// A table that is indexed by character codes: true for the characters in `some`.
+// Returns a table that is indexed by character codes. The entries of the characters in `some` are
+// true.
 constexpr std::array<bool, 256> those(std::string_view some) {
   std::array<bool, 256> all{};
   for (const char c : some) {
@@ -23,8 +24,8 @@ constexpr std::array<bool, 256> those(std::string_view some) {
 
 constexpr std::array<bool, 256> space = those(" \t\r\n");
 
-// A position in a JSON text, which moves behind the tokens that are read. If the text ends too
-// early, a function returns false.
+// A position in a JSON text. Each function that reads a token moves the position behind it, and
+// returns false if the text ends too early.
 class JsonSkimmer {
  public:
   explicit JsonSkimmer(std::string_view text) : text_(text) {}
@@ -122,7 +123,7 @@ class JsonSkimmer {
   // The greatest nesting depth in the values that were skipped.
   [[nodiscard]] std::size_t deepest() const { return deepest_; }
 
-  // Reads a JSON number. null is NaN.
+  // Reads a JSON number, or null as NaN.
   bool take_number(double& number) {
     const std::string_view rest = text_.substr(place_);
     if (rest.starts_with("null")) {
@@ -322,8 +323,8 @@ std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piec
 std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
                                                Eigen::Index rows,
                                                Eigen::Index columns) {
-  // An entry has two characters or more. A size that the text cannot contain is rejected before
-  // memory is allocated.
+  // Each number takes two characters or more of the text. A size that the text cannot contain is
+  // rejected before memory is allocated.
   const auto most = static_cast<Eigen::Index>(piece.size() / 2);
   if (rows > most || columns > most || rows * columns > most) {
     return std::nullopt;

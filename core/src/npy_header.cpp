@@ -9,7 +9,7 @@ std::string npy_header(const std::string& type, const std::string& shape, bool b
   constexpr std::size_t longest_shape = 48;
   std::string header = formatted("{{'descr': {}, 'fortran_order': {}, 'shape': {:<{}}}}", type,
                                  by_columns ? "True" : "False", shape + ", ", longest_shape);
-  constexpr std::size_t before = 10;  // [bytes] of magic, version and header length
+  constexpr std::size_t before = 10;  // bytes of magic number, version and header length
   header.append(64 - (before + header.size() + 1) % 64, ' ');
   header += '\n';
   std::string text = "\x93NUMPY";

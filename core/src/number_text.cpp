@@ -22,7 +22,7 @@ std::from_chars_result read(const char* first, const char* last, int& value) noe
 
 template <typename Number>
 std::optional<Number> parse_whole(std::string_view text) noexcept {
-  // read() does not accept a plus sign. "+-1" must remain an error.
+  // The plus sign is removed because read() does not accept it. "+-1" must remain an error.
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') {
     text.remove_prefix(1);
   }
@@ -68,7 +68,7 @@ char* write_decimals(char* first, double value, int decimals) noexcept {
   if (units < 0.0) {
     *first++ = '-';
   }
-  // At least one digit is before the point.
+  // Collects the digits from the last to the first, with at least one before the decimal point.
   std::array<char, number_text_size> digits{};
   auto left = static_cast<std::uint64_t>(std::abs(units));
   int count = 0;

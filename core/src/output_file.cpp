@@ -28,7 +28,7 @@
 namespace axiscal {
 namespace {
 
-// The target of a chain of symbolic links. The target need not exist.
+// Returns the target of a chain of symbolic links. The target need not exist.
 std::string followed(std::filesystem::path path) {
   std::error_code none;
   for (int links = 0; links < 40 && std::filesystem::is_symlink(path, none); ++links) {
@@ -61,8 +61,9 @@ pid_t process_in(std::string_view name) {
   return process && attempt && *process > 0 ? *process : 0;
 }
 
-// True if a killed run left the file: the process in its name does not exist, we own the file, and
-// its lock is free. A running process in another container that shares the folder holds the lock.
+// True if a killed process left the file: the process in its name does not exist, we own the file,
+// and its lock is free. The lock protects the files of a running process in another container that
+// shares the folder.
 bool is_orphan(const std::filesystem::path& path) {
   const pid_t process = process_in(path.filename().string());
   if (process == 0 || ::kill(process, 0) == 0 || errno != ESRCH) {
@@ -79,7 +80,7 @@ bool is_orphan(const std::filesystem::path& path) {
   return orphan;
 }
 
-// Removes the temporary files that killed runs left in a folder. Each folder is searched once.
+// Removes the temporary files that killed processes left in a folder. A folder is searched once.
 void remove_orphans(const std::filesystem::path& folder) {
   static std::mutex mutex;
   static std::set<std::string> seen;
@@ -99,7 +100,7 @@ void remove_orphans(const std::filesystem::path& folder) {
   }
 }
 
-// The path of an unnamed open file, with which linkat() can name the file.
+// Returns a path of an open file that has no name. linkat() uses it to give the file a name.
 std::string link_of(int descriptor) {
   return formatted("/proc/self/fd/{}", descriptor);
 }
@@ -255,7 +256,7 @@ void OutputFile::write(std::string_view text) {
   }
   written_ += text.size();
 #ifdef SYNC_FILE_RANGE_WRITE
-  // The disk starts to write a large file before commit(), so that commit() waits less.
+  // Starts to write a large file to the disk before commit(), so that commit() waits less.
   constexpr std::size_t large = 8U << 20U;
   if (!target_.empty() && written_ - handed_to_disk_ >= large) {
     ::sync_file_range(descriptor_, static_cast<off_t>(handed_to_disk_),
@@ -272,7 +273,7 @@ void OutputFile::commit() {
   if (::fsync(descriptor_) != 0) {
     fail("cannot be written to the disk");
   }
-  forbid_replacing_input(target_);  // it may have been read after the constructor's check
+  forbid_replacing_input(target_);  // the target may have been read since the constructor's check
   if (temporary_.empty()) {
     ::flock(descriptor_, LOCK_EX | LOCK_NB);
     const bool named = make_temporary([&](const std::string& name) {

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The folder of the program or library that contains this code, for example of the Python module;
-// empty if it is unknown.
+// Returns the folder of the program or library that contains this code (for example the Python
+// module); empty if it is unknown.
 fs::path folder_of_this_code() {
   Dl_info info{};
   if (::dladdr(reinterpret_cast<void*>(&folder_of_this_code), &info) == 0 ||

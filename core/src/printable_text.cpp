@@ -11,7 +11,8 @@
 namespace axiscal {
 namespace {
 
-// The number of bytes of the control character at position i; 0 if it is another character.
+// Returns the number of bytes of the control character at position i; 0 if another character is
+// there.
 std::size_t control_at(std::string_view text, std::size_t i) {
   const auto byte = static_cast<unsigned char>(text[i]);
   if (byte < 0x20 || byte == 0x7F) {

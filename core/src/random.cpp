@@ -14,11 +14,11 @@ namespace {
 using Seeds = std::array<std::uint32_t, 3>;
 using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 
-// Computes the words of std::seed_seq with three numbers, for engines with a large state. Seeding
-// takes longer than drawing from most streams. Therefore the standard's algorithm
-// ([rand.util.seedseq]) runs here in stretches in which no index wraps around, so that it needs no
-// remainders. Because each word depends on the previous word, computing several sequences together
-// takes little longer than computing one.
+// Computes the words that std::seed_seq generates from three numbers for an engine with a large
+// state ([rand.util.seedseq]). Seeding takes longer than drawing from most streams, so two measures
+// make it fast. The loop is split into stretches in which no index wraps around, so that it needs
+// no remainders. Several sequences are computed together; this takes little longer than computing
+// one, because each word of a sequence depends on the previous word.
 template <std::size_t count>
 class SeedSequences {
  public:
@@ -132,7 +132,7 @@ void RandomStream::seed_engines(const std::array<RandomStream*, count>& streams)
 }
 
 double RandomStream::uniform() {
-  // The middle of one of 2^52 equal parts of (0, 1). The result is exact.
+  // Returns the middle of one of 2^52 equal parts of (0, 1), without a rounding error.
   return (static_cast<double>(next() >> 12U) + 0.5) * 0x1p-52;
 }
 

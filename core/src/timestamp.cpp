@@ -157,8 +157,8 @@ std::optional<double> parse_timestamp(std::string_view text) {
 
 namespace {
 
-// Reads a date of three numbers: 2011-10-09, 2011/10/9, 9.10.2011, 9-10-2011, 10/9/2011. Returns [s
-// since 1970-01-01].
+// Reads a date of three numbers: 2011-10-09, 2011/10/9, 9.10.2011, 9-10-2011, 10/9/2011. Returns
+// seconds since 1970-01-01.
 std::optional<double> parse_day(std::string_view text, UnclearDays unclear) {
   for (const char sign : {'-', '/', '.'}) {
     const std::vector<std::string_view> parts = split(text, sign);
@@ -194,7 +194,8 @@ std::optional<double> parse_day(std::string_view text, UnclearDays unclear) {
   return std::nullopt;
 }
 
-// Reads a time of day: 14:08, 14:08:06.818, 14:08:06,818, 14:08:06:818, 1:05:00.5 PM. Returns [s].
+// Reads a time of day: 14:08, 14:08:06.818, 14:08:06,818, 14:08:06:818, 1:05:00.5 PM. Returns
+// seconds since midnight.
 std::optional<double> parse_clock(std::string_view text) {
   double shift_h = 0.0;
   bool is_half_day = false;

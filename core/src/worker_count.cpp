@@ -29,8 +29,8 @@ std::size_t count_of(std::string_view text) {
 }
 
 #ifdef __linux__
-// @return the number of processors that a control group may use: quota / period; infinity without a
-//         quota.
+// @return quota / period, the number of processors that a control group may use; infinity if it
+//         has no quota.
 double quota_of(double quota, double period) {
   return quota > 0.0 && period > 0.0 ? quota / period : std::numeric_limits<double>::infinity();
 }
@@ -41,8 +41,9 @@ double number_in(const std::string& path) {
   return number;
 }
 
-// The smallest quota [processors] of this process's control group and its parents. In version 2 a
-// file contains "max 100000" or "150000 100000"; in version 1 there are two files.
+// Returns the smallest CPU quota, as a number of processors, of this process's control group and
+// the group's parents. In version 2 of control groups, one file contains quota and period, such as
+// "max 100000" or "150000 100000". In version 1, quota and period are in separate files.
 double quota_of_container() {
   double least = std::numeric_limits<double>::infinity();
   std::ifstream groups("/proc/self/cgroup");

@@ -32,8 +32,8 @@ int digits_of(std::uint64_t number) {
   return least + (number >= powers_of_ten[static_cast<std::size_t>(least)] ? 1 : 0);
 }
 
-// The eight digits of a number below 1e8 as characters, the first in the lowest byte. The number is
-// split into halves, quarters and digits, each in one operation.
+// Returns the eight digits of a number below 1e8 as characters, the first digit in the lowest byte.
+// The number is split into halves, then quarters, then digits. Each step treats all parts at once.
 std::uint64_t eight_characters(std::uint64_t number) {
   const std::uint64_t thousands = number / 10000;
   const std::uint64_t fours = thousands | (number - 10000 * thousands) << 32;
@@ -43,7 +43,7 @@ std::uint64_t eight_characters(std::uint64_t number) {
   return tens + ((twos - 10 * tens) << 8) + 0x3030303030303030U;
 }
 
-// The 17 digits of a decimal, with zeros at the end: one digit, then two groups of eight.
+// The digits of a decimal number, padded with zeros to 17: one digit, then two groups of eight.
 struct Digits {
   char leading;
   std::uint64_t middle;
@@ -69,9 +69,9 @@ void put_fraction(char* first, const Digits& digits, int zeros) {
   std::memcpy(at + 1 + sizeof digits.middle, &digits.last, sizeof digits.last);
 }
 
-// Writes a number with `before_point` digits before the point, 1 to 7. First all digits but the
-// leading one are written behind the point's place. Then the first eight characters are written
-// again, with the point among them.
+// Writes a number with `before_point` digits before the decimal point, 1 to 7. First all digits
+// except the leading one are written from the third character on. Then the first eight characters
+// are overwritten by the leading digits with the decimal point between them.
 void put_pointed(char* first, const Digits& digits, int before_point) {
   std::memcpy(first + 2, &digits.middle, sizeof digits.middle);
   std::memcpy(first + 2 + sizeof digits.middle, &digits.last, sizeof digits.last);
@@ -102,7 +102,7 @@ char* write_positive(char* first, double value) noexcept {
   const auto decimal = fmt::detail::dragonbox::to_decimal(value);
   const int count = digits_of(decimal.significand);
   const int before_point = count + decimal.exponent;
-  // std::to_chars() writes an exponent if that text is shorter.
+  // std::to_chars() writes an exponent if the text is then shorter.
   const int exponent = before_point - 1;
   const int mantissa = count + (count > 1 ? 1 : 0);
   const int scientific = mantissa + (std::abs(exponent) >= 100 ? 5 : 4);

@@ -20,7 +20,7 @@
 namespace axiscal {
 namespace {
 
-// The factor from the record's readings to the consumer's readings.
+// Returns the factor from the record's readings to the readings of the other software.
 double reading_factor_of(const Instrument& instrument,
                          const std::string& wanted,
                          const ExportOptions& options) {
@@ -40,7 +40,7 @@ double reading_factor_of(const Instrument& instrument,
   return *factor;
 }
 
-// The factor from the record's field to the consumer's field.
+// Returns the factor from the record's field to the field of the other software.
 double field_factor_of(FieldDescription field,
                        const std::string& wanted,
                        const ExportOptions& options) {
@@ -66,7 +66,7 @@ double field_factor_of(FieldDescription field,
   }
 }
 
-// The basis of the matrices of a shape.
+// Returns a basis of the linear space of matrices with the given shape.
 std::vector<Eigen::Matrix3d> basis_of(MatrixShape shape) {
   std::vector<Eigen::Matrix3d> basis;
   if (shape == MatrixShape::scalar) {
@@ -85,7 +85,7 @@ std::vector<Eigen::Matrix3d> basis_of(MatrixShape shape) {
   return basis;
 }
 
-// Returns the matrix M of a shape for which M S is nearest to the identity.
+// Returns the matrix M of the given shape that minimises the Frobenius norm of M S - I.
 Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
   if (shape == MatrixShape::full) {
     return S.inverse();
@@ -107,7 +107,7 @@ Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
   return M;
 }
 
-// Directions all over the sphere, and both directions of each axis.
+// Returns directions all over the sphere, and the two directions of each axis.
 std::vector<Eigen::Vector3d> directions() {
   std::vector<Eigen::Vector3d> all = directions_on_sphere(1000);
   for (int axis = 0; axis < 3; ++axis) {
@@ -240,7 +240,7 @@ ConsumerModel nearest_model(const Calibration& calibration,
 }
 
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model) {
-  constexpr double rounding = 1e-9;  // relative to the field
+  constexpr double rounding = 1e-9;  // largest relative difference that counts as rounding
   ExportLoss loss{.unit = calibration.sensor.field.unit};
   const double F = calibration.sensor.field.magnitude;
   const Eigen::Matrix3d M = model.inverse * model.reading_factor / model.field_factor *
@@ -304,7 +304,8 @@ std::string loss_text(const ExportLoss& loss) {
 
 namespace {
 
-// Removes characters that would end a comment, start another line or reverse the text.
+// Removes characters that would end a comment, start a new line or reverse the direction of the
+// text.
 std::string fit_for_comment(std::string line) {
   std::replace_if(
       line.begin(), line.end(),
@@ -389,7 +390,7 @@ std::string worked_example(const Calibration& calibration, const ConsumerModel& 
   Eigen::Vector3d reading =
       model.reading_factor *
       (calibration.sensor.response.bias + calibration.sensor.response.sensitivity * field);
-  for (double& v : reading) {  // rounded to the digits of the text
+  for (double& v : reading) {  // rounds to the digits of the printed text
     v = parse_number(number_text(v, digits)).value_or(v);
   }
   const Eigen::Vector3d corrected = model.inverse * (reading - model.bias);

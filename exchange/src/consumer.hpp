@@ -13,81 +13,82 @@ namespace axiscal {
 
 using Sensor = VehicleSensor;
 
-/// @throws RefusedError  unless the instrument has three axes that are not one-sided. `format` is
-///                       used in the message.
+/// Checks that the instrument has three axes that are not one-sided.
+/// @param format  name of the format, for the message.
+/// @throws RefusedError  for another instrument.
 void require_three_axes(const Calibration& calibration, std::string_view format);
 
-/// @return the type of sensor: accelerometer, gyroscope or magnetometer.
-/// @throws RefusedError  for another kind of instrument, or as require_three_axes().
+/// @return the type of the sensor: accelerometer, gyroscope or magnetometer.
+/// @throws RefusedError  for another kind of instrument, or if require_three_axes() throws it.
 Sensor sensor_of(const Calibration& calibration, std::string_view format);
 
-/// @return the unit of a sensor's field: m/s^2, rad/s, or for a magnetometer `of_magnetometer`.
+/// @return the unit of the field: m/s^2, rad/s, or `of_magnetometer` for a magnetometer.
 std::string usual_unit(Sensor sensor, const std::string& of_magnetometer);
 
-/// The shape that a consumer allows for a calibration's matrix.
+/// The shapes that other software (the consumer) may prescribe for the matrix of a calibration.
 enum class MatrixShape {
   full,
   symmetric,
-  diagonal,  ///< scale factors
+  diagonal,  ///< one scale factor for each axis
   scalar,    ///< one scale factor for all axes
   identity,  ///< no matrix, only an offset
 };
 
-/// A consumer's formula: field = inverse (reading - bias).
+/// The formula of the other software (the consumer): field = inverse (reading - bias).
 struct ConsumerModel {
-  /// [consumer's field unit per consumer's reading unit]
+  /// Unit: the consumer's unit of the field per its unit of the readings.
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< [consumer's reading unit]
-  double reading_factor = 1.0;                     ///< factor from the record's readings
-  double field_factor = 1.0;                       ///< factor from the record's field
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< in the consumer's unit of the readings
+  double reading_factor = 1.0;                     ///< consumer's readings / record's readings
+  double field_factor = 1.0;                       ///< consumer's field / record's field
   bool has_temperature = false;
-  /// True if the consumer corrects each bias for temperature by a polynomial, but not the scales.
+  /// True if the consumer corrects biases for temperature by a polynomial, but not scale factors.
   bool has_bias_over_temperature = false;
-  bool has_also = false;  ///< true if the consumer subtracts the response to second fields
+  bool has_also = false;  ///< true: the consumer subtracts the response to the second field
 };
 
-/// The units that a consumer uses; empty: those of the record.
+/// The units of a consumer. An empty unit means the unit of the record.
 struct ConsumerUnits {
   std::string reading;
   std::string field;
 };
 
-/// Computes the model that has a matrix of the given shape and is nearest to a calibration, by
-/// least squares over all directions of the field.
-/// @throws RefusedError  if readings or field do not convert to the consumer's units.
+/// Computes the consumer's formula with a matrix of the given shape that is nearest to the
+/// calibration. The fit minimises the squared error over all directions of the field.
+/// @throws RefusedError  if readings or field cannot be converted to the consumer's units.
 ConsumerModel nearest_model(const Calibration& calibration,
                             const ConsumerUnits& units,
                             MatrixShape shape,
                             const ExportOptions& options);
 
-/// Changes the field of a magnetometer's calibration to the unit of the readings, if the field has
-/// magnitude 1 and unit "1". The scales then keep the length of the readings.
+/// Gives the field the unit and magnitude of the readings, if the calibration is of a magnetometer
+/// in a field of magnitude 1 and unit "1".
 /// @return the changed calibration, or a copy of any other calibration.
 Calibration with_measured_field(const Calibration& calibration);
 
-/// @return the error that is caused by terms that the model lacks; nullopt if it has all terms.
+/// @return the error that the missing terms of the model cause; nullopt if no terms are missing.
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model);
 
-/// As loss_of(), but throws RefusedError if there is a loss and options.lossy is false.
+/// Like loss_of(), but throws RefusedError if there is a loss and options.lossy is false.
 std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
                                         const ConsumerModel& model,
                                         std::string_view format,
                                         const ExportOptions& options);
 
-/// @return e.g. "accelerometer 'A-17', calibrated 2026-11-21T10:00:00Z by axiscal 0.1.0", in one
-///         line without control characters.
+/// @return one line about the record without control characters, for example "accelerometer 'A-17',
+///         calibrated 2026-11-21T10:00:00Z by axiscal 0.1.0".
 std::string source_line(const Calibration& calibration);
 
-/// @return the lines of a file's comment: source, status, formula, units, loss.
+/// @return the lines of the comment in a file: source, status, formula, units and loss.
 std::vector<std::string> comment_of(const Calibration& calibration,
                                     const std::vector<std::string>& lines,
                                     const std::optional<ExportLoss>& loss);
 
-/// @return an example of a reading and its corrected value: "for example v = (0.1, 0, 9.9) becomes
+/// @return an example of a reading with its corrected value: "for example v = (0.1, 0, 9.9) becomes
 ///         (0.05, 0.01, 9.807)".
 std::string worked_example(const Calibration& calibration, const ConsumerModel& model);
 
-/// @return the lines of comment_of() as one text. Each line begins with `mark`.
+/// @return the lines of comment_of() as one text. Each line begins with the comment mark `mark`.
 std::string comment_lines(const Calibration& calibration,
                           std::string_view mark,
                           const std::vector<std::string>& lines,

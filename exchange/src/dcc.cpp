@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// dcc: the Digital Calibration Certificate, schema 3.2.1 of PTB, with D-SI 1.3 quantities.
+// Format dcc: the Digital Calibration Certificate (PTB, schema 3.2.1) with quantities of D-SI 1.3.
 #ifdef AXISCAL_PUGIXML
 #include <algorithm>
 #include <array>
@@ -25,8 +25,8 @@ xml_node child(xml_node parent, const char* name) {
   return parent.append_child(name);
 }
 
-// Makes a text valid for XML and the schema: without control characters and without blanks at the
-// ends.
+// Makes a text valid for XML and for the schema. Control characters become blanks, and blanks at
+// both ends are removed.
 std::string plain(const std::string& value) {
   std::string safe = value;
   std::replace_if(
@@ -43,7 +43,7 @@ bool is_capital(char c) {
   return c >= 'A' && c <= 'Z';
 }
 
-// True for a date such as "2026-11-21".
+// Returns true if a text has the form of a date, for example "2026-11-21".
 bool is_date(const std::string& text) {
   constexpr std::string_view form = "dddd-dd-dd";
   return text.size() == form.size() &&
@@ -60,7 +60,7 @@ void content(xml_node parent, const char* name, const std::string& value) {
 struct Unit {
   std::string_view name;
   std::string_view si;       ///< the unit in the notation of D-SI
-  std::string_view inverse;  ///< name of the reciprocal unit
+  std::string_view inverse;  ///< reciprocal unit in the notation of D-SI
 };
 
 constexpr std::array units = {
@@ -88,8 +88,8 @@ const Unit* find_unit(const std::string& name) {
   return nullptr;
 }
 
-// Returns the name of a coefficient's unit in the D-SI. If the unit has no name there (counts, g),
-// returns \one and writes the unit to `remark`.
+// Returns the name of a coefficient's unit in D-SI notation. If D-SI has no such unit (counts, g),
+// returns `\one` and writes the unit to `remark`.
 std::string si_unit(const Calibration& calibration,
                     bool of_reading,
                     bool per_field,
@@ -123,7 +123,7 @@ void add_contact(xml_node parent,
   }
 }
 
-// The details of the certificate for which the schema has no element, as statements.
+// Returns as statements those details of the certificate for which the schema has no element.
 std::vector<std::string> statements_of(const CertificateDetails& details) {
   std::vector<std::string> all = details.traceability;
   const auto say = [&](const char* what, const std::string& text) {

@@ -19,7 +19,7 @@ namespace {
 
 using Writer = Exported (*)(const Calibration&, const ExportOptions&);
 
-// The formats and their writers, by name.
+// An export format and the function that writes it. The table below is sorted by name.
 struct KnownExport {
   ExportFormat format;
   Writer write;
@@ -124,9 +124,9 @@ void require_identifier(const std::string& name) {
   }
 }
 
-// Exports a record. If a conversion from g to m/s^2 needs local gravity and the record does not
-// state it, standard gravity is used, as drivers do.
-// @param write  writes the file with the given options, which may state the gravity.
+// Writes a record. If a conversion from g to m/s^2 needs the local gravity and the record does not
+// state it, standard gravity is used, which is also the assumption of drivers.
+// @param write  function that writes the file with the given options.
 template <typename Write>
 Exported with_gravity(const ExportOptions& options, const Write& write) {
   try {
@@ -145,7 +145,7 @@ Exported with_gravity(const ExportOptions& options, const Write& write) {
       formatted("1 g is taken as standard gravity, {} m/s^2, because the record does not state "
                 "local gravity; local gravity differs from this value by up to 0.3 %",
                 number_text(standard_gravity)));
-  if (exported.content.starts_with("# ")) {  // the file has comments, so the note is added as one
+  if (exported.content.starts_with("# ")) {  // the file can contain comments
     exported.content.insert(0, "# " + exported.notes.back() + "\n");
   }
   return exported;
@@ -231,7 +231,7 @@ Exported export_vehicle(const std::vector<const Calibration*>& calibrations,
   Exported all;
   for (const Calibration* calibration : calibrations) {
     ExportOptions own = options;
-    own.instance = 0;  // 0: the record's own instance is used
+    own.instance = 0;  // 0 makes the writer use the instance in the record
     Exported one = export_calibration(*calibration, format, own);
     all.content += (all.content.empty() ? "" : "\n") + one.content;
     all.notes.insert(all.notes.end(), one.notes.begin(), one.notes.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// px4, ardupilot, betaflight: parameters of flight controllers.
+// Formats px4, ardupilot and betaflight: parameters of flight controllers.
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
@@ -18,7 +18,7 @@ struct Parameter {
   double value;
 };
 
-// Adds one parameter for each axis, with the name PREFIX + X, Y or Z + SUFFIX.
+// Adds one parameter per axis. Its name is prefix, X, Y or Z, and suffix.
 void add_axes(std::vector<Parameter>& all,
               const std::string& prefix,
               const std::string& suffix,
@@ -32,7 +32,7 @@ Eigen::Vector3d above_diagonal(const Eigen::Matrix3d& M) {
   return {M(0, 1), M(0, 2), M(1, 2)};
 }
 
-// The shape of the matrix that flight controllers apply to a sensor.
+// Returns the shape of the matrix by which flight controllers correct a sensor.
 MatrixShape shape_in_flight(Sensor sensor) {
   switch (sensor) {
     case Sensor::accelerometer:
@@ -58,8 +58,8 @@ std::vector<std::string> in_flight(Sensor sensor,
   return {formula + (unit.empty() ? "" : ", in " + unit), frame};
 }
 
-// Flight controllers store each bias of accelerometers and gyroscopes as a polynomial of third
-// order in the temperature of the sensor.
+// Flight controllers model the bias of accelerometers and gyroscopes as a polynomial of third order
+// in the temperature of the sensor.
 constexpr Eigen::Index thermal_order = 3;
 
 bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
@@ -68,7 +68,8 @@ bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
          over->bias.cols() <= thermal_order;
 }
 
-// The bias coefficients of d, d^2, d^3, 3 x 3, one row for each axis [consumer's reading unit].
+// Returns the coefficients of d, d^2, d^3 (columns) of the bias of each axis (rows), in the
+// consumer's unit of the readings.
 Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerModel& model) {
   Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
   const Eigen::MatrixXd& bias = calibration.sensor.temperature->bias;
@@ -79,8 +80,8 @@ Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerMode
 constexpr const char* thermal_remark =
     "temperatures are those of the sensor's own thermometer, in degrees Celsius";
 
-// PX4's thermal offset is X1 d + X2 d^2 + X3 d^3 with d = t - TREF. PX4 subtracts it before OFF and
-// SCALE.
+// Returns the thermal parameters of PX4. The offset is X1 d + X2 d^2 + X3 d^3 with d = t - TREF.
+// PX4 subtracts it before it applies OFF and SCALE.
 std::string px4_thermal_lines(const Calibration& calibration,
                               const ConsumerModel& model,
                               Sensor sensor,
@@ -107,8 +108,8 @@ std::string px4_thermal_lines(const Calibration& calibration,
   return text;
 }
 
-// ArduPilot's thermal offset is P(t - 35) - P(CALTEMP - 35). P is a polynomial of third order whose
-// coefficients are stored times 1e6.
+// Returns the thermal parameters of ArduPilot. The offset is P(t - 35) - P(CALTEMP - 35), with a
+// polynomial P of third order. Its coefficients are stored times 1e6.
 std::vector<Parameter> ardupilot_thermal_parameters(const Calibration& calibration,
                                                     const ConsumerModel& model,
                                                     Sensor sensor,
@@ -185,7 +186,8 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   lines.emplace_back("vehicle, component, name, value, type (9: float)");
   std::string text = comment_lines(calibration, "# ", lines, loss);
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
-    text += formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);  // 6: integer
+    // The last number is the type code of PX4: 6 for an integer.
+    text += formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);
   }
   for (const Parameter& parameter : all) {
     text += formatted("1\t1\t{}\t{}\t9\n", parameter.name, number_text(parameter.value));
@@ -202,7 +204,7 @@ std::string axis_parameter(const std::string& prefix, int k, const std::string& 
 
 std::string ardupilot_group(int instance, std::string_view sensor) {
   const std::string number = std::to_string(instance + 1);
-  // The fourth and later sensors have parameter groups of their own.
+  // From the fourth sensor on, each sensor has its own parameter group, INS4, INS5, ..
   const std::string name(sensor);
   return instance == 0  ? "INS_" + name
          : instance < 3 ? formatted("INS_{}{}", name, number)
@@ -246,7 +248,7 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
     add_axes(all, formatted("COMPASS_OFS{}_", number), "", -model.bias);
     add_axes(all, formatted("COMPASS_DIA{}_", number), "", model.inverse.diagonal());
     add_axes(all, formatted("COMPASS_ODI{}_", number), "", above_diagonal(model.inverse));
-    all.push_back({"COMPASS_SCALE" + number, 0.0});  // 0: no scale besides the matrix
+    all.push_back({"COMPASS_SCALE" + number, 0.0});  // 0: no scale in addition to the matrix
   }
   lines.push_back(worked_example(calibration, model));
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
@@ -274,8 +276,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
         "Betaflight does not store a calibration of a gyroscope: it measures the bias at each "
         "start");
   }
-  // Betaflight's values are counts. In the firmware the number of counts per g is a constant of the
-  // sensor, a power of two.
+  // Betaflight's values are in counts. The number of counts per g is a constant in the driver of
+  // each sensor; it is a power of two.
   ConsumerModel model = nearest_model(calibration, {}, MatrixShape::scalar, options);
   double per_field = 1.0 / model.inverse(0, 0);
   std::vector<std::string> lines;
@@ -297,7 +299,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
                   "of its driver, not set by these lines)",
                   number_text(one_g)));
   } else {
-    // The Earth's field is 22 to 67 uT, which is several hundred counts.
+    // The Earth's field has a magnitude of 22 to 67 uT, which is several hundred counts.
     const std::string& unit = calibration.sensor.instrument.unit;
     const double size = std::cbrt(std::abs(calibration.sensor.response.sensitivity.determinant())) *
                         calibration.sensor.field.magnitude;

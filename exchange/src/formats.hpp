@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One function for each format; export.cpp lists them.
+// The function that writes each export format. The table of formats is in export.cpp.
 #pragma once
 
 #include "axiscal/exchange/export.hpp"
@@ -27,11 +27,11 @@ Exported export_tofupilot(const Calibration& calibration, const ExportOptions& o
 Exported export_label(const Calibration& calibration, const ExportOptions& options);
 Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
 
-/// @return the name of a flight controller's parameter for axis k (0, 1, 2): PREFIX + X, Y or Z +
-///         SUFFIX.
+/// @return the name of a flight controller's parameter for axis k (0, 1, 2). It is prefix, X, Y or
+///         Z, and suffix.
 std::string axis_parameter(const std::string& prefix, int k, const std::string& suffix);
 
-/// @param instance  number of the sensor, from 0.
+/// @param instance  zero-based number of the sensor.
 /// @param sensor    "ACC" or "GYR".
 /// @return the prefix of the sensor's parameters in ArduPilot: "INS_ACC", "INS_ACC2", "INS_ACC3",
 ///         "INS4_ACC", ...

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// c-header and cpp-header: coefficients and the few lines that apply them.
+// Formats c-header and cpp-header: the coefficients, and a short function that applies them.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -56,7 +56,7 @@ std::string list(const Eigen::Ref<const Eigen::VectorXd>& values, const Write& w
   return row.substr(1, row.size() - 2);
 }
 
-// The syntax of a header in a language: constants, guard, start and end of the file.
+// The syntax of a header in C or C++: constants, include guard, begin and end of the file.
 struct Dialect {
   bool is_cpp = false;
   std::string name;
@@ -83,8 +83,8 @@ struct Dialect {
   }
 };
 
-// The prefix of the names in a header. By default it contains kind and slot, so that a program can
-// include the headers of two instruments.
+// Returns the prefix of the names in a header. By default it contains kind and slot, so that one
+// program can include the headers of two instruments.
 std::string header_name(const Calibration& calibration, const ExportOptions& options) {
   if (!options.name.empty()) {
     return options.name;
@@ -197,8 +197,8 @@ std::string integer(double value) {
   return std::to_string(static_cast<std::int64_t>(value));
 }
 
-// Writes a header that computes with integers. The options state the numbers of fractional bits of
-// readings and field. The inverse gets the largest number of fractional bits for which all of its
+// Writes a header that computes with integers. The options state the fractional bits of readings
+// and field. The inverse matrix gets the largest number of fractional bits for which all of its
 // entries fit into 31 bits, including the sign.
 Exported fixed_header(const Calibration& calibration,
                       const ExportOptions& options,
@@ -206,7 +206,7 @@ Exported fixed_header(const Calibration& calibration,
                       ConsumerModel model,
                       std::string_view format) {
   constexpr double largest = 1073741823.0;  // 2^30 - 1
-  // The largest allowed field, relative to the field of the calibration.
+  // Largest field that the integers must hold, as a multiple of the calibration's field.
   constexpr double times_field = 8.0;
   const int reading_bits = options.numbers.reading_bits;
   const int field_bits = options.numbers.field_bits;
@@ -286,7 +286,7 @@ Exported header(const Calibration& record,
                 const ExportOptions& options,
                 bool is_cpp,
                 std::string_view format) {
-  const Calibration calibration = in_assembly_frame(record);  // as in the results of `apply`
+  const Calibration calibration = in_assembly_frame(record);  // the frame of the results of `apply`
   require_three_axes(calibration, format);
   const Dialect dialect{.is_cpp = is_cpp, .name = header_name(calibration, options)};
   const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linux IIO's calibbias and calibscale (kernel.org, ABI/testing/sysfs-bus-iio), which have one file
-// for each axis.
+// Format iio: the attributes calibbias and calibscale of Linux IIO, with one file per axis and
+// attribute (kernel.org, ABI/testing/sysfs-bus-iio).
 #include "axiscal/core/number_text.hpp"
 #include "core/formatted.hpp"
 #include "exchange/src/consumer.hpp"

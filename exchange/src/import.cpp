@@ -33,7 +33,7 @@ struct Source {
   [[nodiscard]] bool is(std::string_view kind) const { return options.kind == kind; }
 };
 
-// The calibration in a file: v = sensitivity field + bias.
+// The calibration in a file, converted to the model v = sensitivity * field + bias.
 struct Imported {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();
@@ -53,12 +53,12 @@ Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
   return inverse;
 }
 
-// ---- parameters of flight controllers ----
+// ---- Parameters of flight controllers ----
 
 using ParameterTable = std::map<std::string, double>;
 
-// Reads lines of `columns` columns. `name_at` and `value_at` are the indices of the columns of name
-// and value, from 0.
+// Reads lines with the given number of columns. `name_at` and `value_at` are the zero-based indices
+// of the columns with the name and the value.
 ParameterTable read_parameters(const Source& source,
                                std::string_view separators,
                                std::size_t name_at,
@@ -98,8 +98,8 @@ ParameterTable read_parameters(const Source& source,
   return table;
 }
 
-// Reads the parameters PREFIX + X, Y, Z + SUFFIX. If all three are missing, each value is
-// `otherwise`.
+// Reads three parameters, whose names are prefix, X, Y or Z, and suffix. If all three are missing,
+// each value is `otherwise`.
 Eigen::Vector3d axes_of(const Source& source,
                         const ParameterTable& table,
                         const std::string& prefix,
@@ -176,7 +176,7 @@ Imported import_ardupilot(const Source& source) {
     result.bias = -axes_of(source, table, formatted("COMPASS_OFS{}_", number), "", std::nullopt);
     Eigen::Vector3d diagonal = axes_of(source, table, formatted("COMPASS_DIA{}_", number), "", 1.0);
     if (diagonal.isZero(0.0)) {
-      diagonal.setOnes();  // as ArduPilot does
+      diagonal.setOnes();  // ArduPilot treats a diagonal of zeros as ones
     }
     const auto scale = table.find("COMPASS_SCALE" + number);
     const double factor = scale != table.end() && scale->second != 0.0 ? scale->second : 1.0;
@@ -232,7 +232,8 @@ Eigen::Matrix3d json_product(const Source& source,
   return K * json_numbers<3>(source, json, second);
 }
 
-// imucal's Ferraris calibration: v = K R f + b. For the gyroscope, K_ga a is added.
+// Reads imucal's Ferraris calibration: v = K R f + b. For a gyroscope, v also contains the term
+// K_ga a of the specific force a.
 Imported import_imucal(const Source& source) {
   const Json json = json_or_discarded(source.text);
   if (!json.is_object() || !json.contains("K_a")) {
@@ -264,7 +265,7 @@ Imported import_imucal(const Source& source) {
 // ---- Kalibr ----
 
 #ifdef AXISCAL_YAML
-// Reads a finite number. YAML also allows .nan and .inf.
+// Reads a number. Refuses .nan and .inf, which YAML allows.
 double yaml_number(const Source& source, const YAML::Node& node, const std::string& key) {
   const double number = node.as<double>();
   if (!std::isfinite(number)) {
@@ -438,7 +439,7 @@ Calibration import_calibration(std::string_view text,
   }
   try {
     static_cast<void>(
-        // calibration_json() throws if the record cannot be stored.
+        // calibration_json() throws if the record is invalid.
         calibration_json(calibration));
   } catch (const DomainError& error) {
     throw DataError(path, error.what());

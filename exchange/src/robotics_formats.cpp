@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// kalibr, ros, x-io: files of robotics software.
+// Formats kalibr, ros and x-io: files of robotics software.
 #include <algorithm>
 #include <cmath>
 
@@ -30,7 +30,7 @@ std::string yaml_matrix(const Eigen::Matrix3d& M, const std::string& indent) {
   return text;
 }
 
-// The factors of S = M C. M is lower triangular with a positive diagonal, C is a rotation.
+// The factors of a matrix S = M C. M is lower triangular with a positive diagonal; C is a rotation.
 struct ScaleMisalignment {
   Eigen::Matrix3d M;
   Eigen::Matrix3d C;
@@ -50,11 +50,11 @@ ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
   return {.M = R.transpose() * signs.asDiagonal(), .C = signs.asDiagonal() * Q.transpose()};
 }
 
-// The parameters of one sensor in Kalibr's file.
+// The parameters of one sensor in a file of Kalibr.
 struct KalibrSensor {
   Sensor sensor = Sensor::none;
   ScaleMisalignment split;
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();  // of a gyroscope: sensitivity to specific force
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();  // for a gyroscope: sensitivity to specific force
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   std::optional<ExportLoss> loss;
   std::string comment;
@@ -77,7 +77,7 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
   result.bias = model.bias;
   if (model.has_also) {
     const double per_unit = also->unit == "g" ? 1.0 / standard_gravity : 1.0;
-    // Kalibr first rotates the specific force a into the gyroscope's frame.
+    // Kalibr rotates the specific force into the frame of the gyroscope before it multiplies by A.
     result.A = model.reading_factor * per_unit * also->sensitivity * result.split.C.transpose();
   }
   result.comment = comment_lines(
@@ -95,8 +95,10 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
   return result;
 }
 
-// @param frame  rotation from the instrument's frame to the IMU's frame: C of the accelerometer if
-//               it is in the same file, else the identity.
+// Returns the YAML block of one sensor.
+// @param frame  rotation from the instrument's frame to the IMU's frame. This is the matrix C of
+//               the accelerometer if the file also contains an accelerometer, otherwise the
+//               identity.
 std::string kalibr_block(const KalibrSensor& one, const Eigen::Matrix3d& frame) {
   const bool is_gyroscope = one.sensor == Sensor::gyroscope;
   std::string text = is_gyroscope ? "  gyroscopes:\n" : "  accelerometers:\n";
@@ -156,8 +158,8 @@ Exported export_kalibr_imu(const Calibration& first,
 
 namespace {
 
-// The covariance of a calibrated reading, computed from the residual standard deviations, for ROS
-// messages of the types sensor_msgs/Imu and sensor_msgs/MagneticField.
+// Returns the covariance of a calibrated reading, for the ROS messages sensor_msgs/Imu and
+// sensor_msgs/MagneticField. It is computed from the standard deviations of the residuals.
 std::string covariance_for_ros(const Calibration& calibration,
                                const ConsumerModel& model,
                                Sensor sensor,
@@ -244,14 +246,15 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
     json["hardIronOffset"] = vector(model.bias);
   } else {
     formula = formatted("field [{}] = misalignment diag(sensitivity) (v - offset)", unit);
-    // The sensitivity is the length of each column; the misalignment has the normalised columns.
+    // The lengths of the matrix columns are the sensitivities. The normalised columns are the
+    // misalignment.
     const Eigen::Vector3d lengths = model.inverse.colwise().norm().transpose();
     const std::string name = sensor == Sensor::accelerometer ? "accelerometer" : "gyroscope";
     json[name + "Misalignment"] = row_major(model.inverse * lengths.cwiseInverse().asDiagonal());
     json[name + "Sensitivity"] = vector(lengths);
     json[name + "Offset"] = vector(model.bias);
   }
-  // JSON does not allow comments.
+  // JSON does not allow comments, so the comment becomes a member.
   const Json comment = comment_of(
       calibration,
       {formatted("{}, v in {}, matrices row by row", formula, calibration.sensor.instrument.unit)},

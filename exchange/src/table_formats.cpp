@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// csv, matlab, numpy: formats with all coefficients, for any instrument.
+// Formats csv, matlab and numpy: files with all coefficients of any instrument.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -79,7 +79,7 @@ std::vector<Coefficient> coefficients_of(const Calibration& calibration) {
   return all;
 }
 
-// An array in a matlab or numpy file, with its name.
+// A named array in a MATLAB or NumPy file.
 struct NamedArray {
   std::string name;
   Eigen::MatrixXd values;
@@ -113,7 +113,7 @@ std::vector<NamedArray> arrays_of(const Calibration& calibration) {
     all.push_back({"covariance", calibration.fit.statistics->covariance});
     all.push_back({"residual_sd", calibration.fit.statistics->residual_sd});
     all.push_back({"degrees_of_freedom", calibration.fit.statistics->degrees_of_freedom});
-    // The matrix has one row for each of parameter_names.
+    // This matrix has one row per parameter, in the order of parameter_names.
     const std::vector<ParameterUncertainty> uncertainties = parameter_uncertainties(calibration);
     Eigen::MatrixXd columns(static_cast<Eigen::Index>(uncertainties.size()), 4);
     for (std::size_t i = 0; i < uncertainties.size(); ++i) {
@@ -145,8 +145,8 @@ std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& cal
        calibration.fit.statistics ? joined(calibration.fit.statistics->parameter_names, ",") : ""}};
 }
 
-// An element of a MAT-file of version 5 ("MAT-File Format", MathWorks): type, size, and the bytes,
-// padded with zeros to a multiple of 8.
+// Returns an element of a MAT-file of version 5 ("MAT-File Format", MathWorks). It consists of
+// type, size and bytes, padded with zeros to a multiple of 8 bytes.
 std::string mat_element(std::uint32_t type, std::string_view bytes) {
   const std::array<std::uint32_t, 2> tag = {type, static_cast<std::uint32_t>(bytes.size())};
   std::string element(reinterpret_cast<const char*>(tag.data()), sizeof tag);
@@ -161,7 +161,8 @@ std::string_view bytes_of(const Number* numbers, std::size_t count) {
   return {reinterpret_cast<const char*>(numbers), count * sizeof(Number)};
 }
 
-// @param values  the element with the numbers or characters.
+// Returns a variable of a MAT-file.
+// @param values  the MAT element with the numbers or characters.
 std::string mat_variable(const std::string& name,
                          std::uint32_t array_class,
                          std::array<std::int32_t, 2> size,
@@ -197,7 +198,7 @@ struct CloseZip {
 
 void add_entry(void* zip, const std::string& name, const std::string& content) {
   zip_fileinfo info{};
-  info.dosDate = 0x210000;  // 1980-01-01, so that the file has the same bytes each time
+  info.dosDate = 0x210000;  // constant date 1980-01-01, so that equal calibrations give equal bytes
   const bool is_open = zipOpenNewFileInZip(zip, name.c_str(), &info, nullptr, 0, nullptr, 0,
                                            nullptr, 0, 0) == ZIP_OK;
   if (!is_open ||
@@ -244,7 +245,7 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
 
 Exported export_matlab(const Calibration& calibration, const ExportOptions&) {
   enum : std::uint32_t { char_class = 4, double_class = 6, double_type = 9, utf8_type = 16 };
-  constexpr std::size_t text_size = 124;  // including the field "subsystem data offset"
+  constexpr std::size_t text_size = 124;  // number of bytes before the version
   std::string content = "MATLAB 5.0 MAT-file, by axiscal";
   content.resize(text_size, ' ');
   const std::array<std::uint16_t, 2> version_and_order = {0x0100, 0x4d49};

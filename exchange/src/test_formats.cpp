@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records for test benches: OpenHTF, TofuPilot, and a label.
+// Formats openhtf, tofupilot and label: results for test benches, and a label to print.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -27,7 +27,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A measured quantity, with its limits if it has some.
+// A measured quantity, with limits if any are stated.
 struct Measurement {
   std::string name, unit;
   double value = 0.0;
@@ -41,7 +41,7 @@ bool has_passed(const Calibration& calibration) {
                                       : calibration.findings.status != CalibrationStatus::refused;
 }
 
-// The limits of the verdict first, then the parameters without a limit.
+// Returns the quantities with limits from the verdict, followed by the parameters without limits.
 std::vector<Measurement> measurements_of(const Calibration& calibration) {
   std::vector<Measurement> all;
   const std::vector<ParameterUncertainty> parameters = parameter_uncertainties(calibration);
@@ -95,7 +95,7 @@ std::string text_of(const Json& json) {
 
 }  // namespace
 
-// The members of openhtf.output.callbacks.json_factory.
+// Writes the JSON that OpenHTF's openhtf.output.callbacks.json_factory would write.
 Exported export_openhtf(const Calibration& calibration, const ExportOptions& /*options*/) {
   const Instrument& instrument = calibration.sensor.instrument;
   const char* const outcome = has_passed(calibration) ? "PASS" : "FAIL";
@@ -196,7 +196,8 @@ std::string escaped_for_xml(const std::string& text) {
 
 }  // namespace
 
-// 60 mm x 20 mm. The QR code contains the serial number, a blank and the digest.
+// Writes a label of 60 mm x 20 mm as SVG. Its QR code contains the serial number, a blank and the
+// digest.
 Exported export_label(const Calibration& calibration, const ExportOptions& options) {
   const std::string& serial = calibration.sensor.instrument.serial;
   if (serial.empty()) {
@@ -210,7 +211,7 @@ Exported export_label(const Calibration& calibration, const ExportOptions& optio
     throw RefusedError("the serial number is too long for a QR code");
   }
   constexpr double side_mm = 17.0;
-  constexpr int border = 4;  // modules, as ISO/IEC 18004 requires
+  constexpr int border = 4;  // width of the quiet zone in modules, required by ISO/IEC 18004
   const double module_mm = side_mm / (code->width + 2 * border);
   std::string path;
   for (int y = 0; y < code->width; ++y) {

@@ -32,7 +32,8 @@ namespace {
 constexpr int example_rows = 12;
 constexpr double yaw_above_deg = 85.0;
 
-// Returns the name of a cell, such as "C7". coefficient() returns "Coefficients!$C$7".
+// Returns the name of a cell, such as "C7". For a cell of the first sheet, coefficient() returns
+// the full name, such as "Coefficients!$C$7".
 std::string cell_name(int row, int column) {
   return formatted("{}{}", static_cast<char>('A' + column), row + 1);
 }
@@ -41,7 +42,7 @@ std::string coefficient(int row, int column) {
   return formatted("Coefficients!${}${}", static_cast<char>('A' + column), row + 1);
 }
 
-// A worksheet. Rows and columns count from 0.
+// A worksheet. Rows and columns are numbered from 0.
 class Sheet {
  public:
   Sheet(lxw_workbook* book, const char* name) : sheet_(workbook_add_worksheet(book, name)) {}
@@ -54,8 +55,8 @@ class Sheet {
       check(worksheet_write_number(sheet_, at(row), place(column), value, format));
     }
   }
-  // @param value  the result of the formula, for programs that do not compute formulas; NaN: the
-  //               result is a text.
+  // @param value  result of the formula, stored for programs that do not evaluate formulas. NaN
+  //               means that the result is a text.
   void formula(int row, int column, const std::string& text, double value) {
     check(std::isnan(value) ? worksheet_write_formula_str(sheet_, at(row), place(column),
                                                           text.c_str(), nullptr, "")
@@ -79,7 +80,8 @@ class Sheet {
   lxw_worksheet* sheet_;
 };
 
-// A workbook of two sheets: the coefficients, and readings with the computed fields.
+// A workbook of two sheets. One contains the coefficients, the other readings and the fields
+// computed from them.
 class Workbook {
  public:
   Workbook(const Calibration& calibration, const std::string& path)
@@ -118,13 +120,14 @@ class Workbook {
     return sensor().temperature && sensor().temperature->has_own_sensors();
   }
 
-  // Rows: a title, the instrument, the magnitude; then a table with a row for each axis; then the
-  // inverse, with a row for each component.
+  // Rows of the first sheet: title, instrument and magnitude; then a table with one row per axis;
+  // then the inverse matrix with one row per component of the field.
   static constexpr int magnitude_row = 4;
   static constexpr int table_row = 7;
   [[nodiscard]] int axis_row(int axis) const { return table_row + 1 + axis; }
   [[nodiscard]] int inverse_row(int component) const { return table_row + m_ + 4 + component; }
-  // Columns of an axis: its name, bias, three sensitivities, t0, bias terms, scale terms.
+  // Columns of an axis: name, bias, three sensitivities, reference temperature, bias terms, scale
+  // terms.
   static constexpr int bias_column = 1;
   static constexpr int sensitivity_column = 2;
   static constexpr int reference_column = 5;
@@ -181,14 +184,14 @@ class Workbook {
     put_uncertainties(sheet);
   }
 
-  // Writes formulas that compute the inverse by cofactors from the cells of the sensitivities.
+  // Writes formulas that compute the inverse from the cells of the sensitivities by cofactors.
   void put_inverse(Sheet& sheet) {
     const Eigen::Matrix3d S = sensor().response.sensitivity;
     const Eigen::Matrix3d inverse = S.inverse();
     const auto s = [&](int k, int j) {
       return cell_name(axis_row(k % 3), sensitivity_column + j % 3);
     };
-    const auto minor = [&](int k, int j) {  // minor of the entry k, j
+    const auto minor = [&](int k, int j) {  // minor of the matrix entry in row k and column j
       return formatted("({}*{}-{}*{})", s(k + 1, j + 1), s(k + 2, j + 2), s(k + 1, j + 2),
                        s(k + 2, j + 1));
     };
@@ -226,13 +229,13 @@ class Workbook {
     }
   }
 
-  // Number of temperature columns, between the axes and the results.
+  // Returns the number of temperature columns. They are between the axes and the results.
   [[nodiscard]] int temperature_columns() const {
     return order() == 0 ? 0 : own_temperatures() ? m_ : 1;
   }
   [[nodiscard]] int first_result() const { return m_ + temperature_columns(); }
 
-  // The formula of (v - bias(t)) / scale(t) for axis k in a row of readings.
+  // Returns the formula (v - bias(t)) / scale(t) of axis k, for a row of readings.
   [[nodiscard]] std::string bias_corrected(int row, int k) const {
     const std::string v = cell_name(row, k);
     if (order() == 0) {
@@ -240,7 +243,7 @@ class Workbook {
     }
     const std::string d = formatted("({}-{})", cell_name(row, m_ + (own_temperatures() ? k : 0)),
                                     coefficient(axis_row(k), reference_column));
-    const auto polynomial = [&](auto term) {  // by Horner's scheme, without a constant term
+    const auto polynomial = [&](auto term) {  // Horner's scheme; no constant term
       std::string text = "0";
       for (int power = order(); power >= 1; --power) {
         text = formatted("({}+{})*{}", text, coefficient(axis_row(k), term(power)), d);
@@ -300,7 +303,8 @@ class Workbook {
     return names;
   }
 
-  // Writes a row with an example: a reading in some attitude, its results, and their formulas.
+  // Writes a row with an example. It contains the reading in one attitude, and the results with
+  // their formulas.
   void put_example(Sheet& sheet, int row, int number) {
     constexpr std::array<std::pair<double, double>, example_rows> attitudes_deg = {
         {{0.0, 0.0},
@@ -332,7 +336,8 @@ class Workbook {
         response_at(sensor(), sensor().field.magnitude * direction, temperature);
     std::vector<double> v;
     for (int k = 0; k < m_; ++k) {
-      // Rounded to the digits that the file stores, so that values and formulas agree.
+      // The reading is rounded to the digits that the file stores, so that values and formulas
+      // agree.
       v.push_back(parse_number(number_text(exact(k), 12)).value_or(exact(k)));
       sheet.number(row, k, v.back(), input_);
     }
@@ -377,7 +382,7 @@ class Workbook {
                          f[0], sign, f[1]);
       } else if (names[i].starts_with("direction_")) {
         text = formatted("={}/{}", f[i % 3], length);
-      } else {  // a computed value without a formula
+      } else {  // no formula exists for this value
         sheet.number(row, column++, reduced.derived.values[i]);
         continue;
       }
@@ -419,7 +424,7 @@ class Workbook {
 }  // namespace
 
 Exported export_xlsx(const Calibration& record, const ExportOptions&) {
-  const Calibration calibration = in_assembly_frame(record);  // the frame of the results of `apply`
+  const Calibration calibration = in_assembly_frame(record);  // frame of the results of `apply`
   const SensorModel& sensor = calibration.sensor;
   if (sensor.instrument.axis_count() > 3 || sensor.instrument.one_sided || !sensor.also.empty() ||
       !gives_field(calibration)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Earth's gravity and magnetic field, as GeographicLib evaluates them.
+// Models of the Earth's gravity and magnetic field, evaluated by GeographicLib.
 #include "field/src/earth_models.hpp"
 
 #include <vector>

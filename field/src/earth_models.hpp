@@ -28,6 +28,7 @@ class GeomagneticModel::Coefficients {
   [[nodiscard]] virtual Eigen::Vector3d at(const Site& site, double year) const = 0;
 };
 
+/// Returns the coefficients of the built-in model or of a model installed for GeographicLib.
 /// @throws DataError   if the model is not installed.
 /// @throws SetupError  if the library was built without GeographicLib.
 [[nodiscard]] std::shared_ptr<const GeomagneticModel::Coefficients> geomagnetic_coefficients(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For a build without GeographicLib. Gravity of 1 g and stated fields do not need these functions.
+// Replaces earth_models.cpp in a build without GeographicLib; both functions throw. Gravity of 1 g
+// and fields that are stated as numbers do not need them.
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "axiscal/field/settings.hpp"

@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, 8> members_of_all = {
     "kind", "name", "role", "unit", "magnitude", "magnitude_u", "in_table", "recorded"};
 
-// A relative path in a document is relative to the document's folder.
+// Resolves a path that a document contains. A relative path is relative to the document's folder.
 std::string path_beside(const std::string& document, const std::string& name) {
   const std::filesystem::path path(name);
   return path.is_absolute() ? name

@@ -11,11 +11,11 @@
 
 namespace axiscal {
 
-/// Names of the members of kinds of field that a model computes for a site.
+/// JSON members of a field that a model computes for a site, and of one that also needs a date.
 inline constexpr std::array<std::string_view, 2> members_with_site = {"model", "site"};
 inline constexpr std::array<std::string_view, 3> members_with_date = {"model", "site", "date"};
 
-/// Reads or writes a model's name. It is not written if it is `usual`.
+/// Reads or writes a model's name. The name is not written if it equals `usual`.
 void model_members(JsonMembers& io, std::string& model, const std::string& usual);
 
 /// Reads or writes the field's own site, if it has one.

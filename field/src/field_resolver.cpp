@@ -216,7 +216,7 @@ void FieldResolver::set_direction(const Eigen::Vector3d& value, bool induced) {
   constexpr double nearly_vertical = 0.98;
   found_.start.has_heading =
       induced || place_.fence_azimuth_rad.has_value() || std::abs(direction.z()) > nearly_vertical;
-  // If the heading is unknown, only the vertical component selects the sign.
+  // If the heading is unknown, only the vertical component can select the sign of the field.
   constexpr double clearly_inclined = 0.2;
   if (found_.start.has_heading) {
     found_.start.sign_by = in_table.normalized();

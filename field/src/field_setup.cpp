@@ -36,7 +36,7 @@ void convert(FieldDescription& part, const std::string& unit) {
   part.unit = unit;
 }
 
-// Returns the unit of all numbers in a sum that are stated without a unit. It is the unit of the
+// Returns the unit for the numbers of a sum that are stated without a unit. It is the unit of the
 // first part whose magnitude determines a unit; empty if there is no such part.
 std::string unit_told_by_magnitude(const FieldSetup& setup,
                                    const TablePlace& place,
@@ -53,7 +53,7 @@ std::string unit_told_by_magnitude(const FieldSetup& setup,
   return "";
 }
 
-// Each named part needs a different name, so that readings can state its level.
+// Throws if two parts have the same name, because readings state the level of a part by its name.
 void check_names(const std::vector<FieldDescription>& parts) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
     for (std::size_t q = 0; q < p && !parts[p].name.empty(); ++q) {
@@ -239,7 +239,7 @@ FieldDescription describe_field(const TablePlace& place,
     return field_kind(part.kind).dated && !part.model.empty();
   });
   if (field.date.empty() && dated) {
-    field.date = output_timestamp().substr(0, 10);  // the date affects the model's field
+    field.date = output_timestamp().substr(0, 10);  // the model depends on the date
   }
   return field;
 }

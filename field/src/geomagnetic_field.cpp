@@ -111,7 +111,7 @@ FieldKind geomagnetic_entry() {
           .units = magnetic_units,
           .local = true,
           .dated = true,
-          .least_magnitude = 20e3,  // 22,000 nT (South Atlantic) to 67,000 nT (near the poles)
+          .least_magnitude = 20e3,  // the Earth's field: 22,000 nT (South Atlantic) to 67,000 nT
           .greatest_magnitude = 70e3,
           .members = members_with_date,
           .make = maker_of<GeomagneticField>()};

@@ -16,10 +16,9 @@
 namespace axiscal {
 namespace {
 
-// Standard deviations of gravity models from measured gravity on the ground [m/s^2]. WGS 84 normal
-// gravity does not include anomalies. EGM96 and EGM2008 do not include details that are smaller
-// than their grid. The values are from 2872 ground stations in southern Africa (Proof in
-// docs/fields.md).
+// Standard deviations of the errors of gravity models on the ground [m/s^2]. WGS 84 normal gravity
+// does not include anomalies. EGM96 and EGM2008 do not include details that are smaller than their
+// grid. The values are from a comparison with gravity measured at 2872 stations in southern Africa.
 constexpr double normal_gravity_u = 4e-4;
 constexpr double gravity_model_u = 2e-4;
 
@@ -96,7 +95,7 @@ FieldKind gravity_entry() {
           .local = true,
           .vertical = true,
           .along_normal = true,
-          .least_magnitude = 0.99,  // 0.9956 on high mountains at the equator, up to 1.0026
+          .least_magnitude = 0.99,  // on the ground: 0.9956 g (high, at the equator) to 1.0026 g
           .greatest_magnitude = 1.01,
           .members = members_with_site,
           .make = maker_of<GravityField>()};

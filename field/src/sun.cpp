@@ -11,7 +11,8 @@ namespace axiscal {
 namespace {
 
 constexpr double days_per_century = 36525.0;
-// The value from 2017 to 2026. An error of one minute changes the sun's position by 0.0007 degrees.
+// Terrestrial time minus UTC from 2017 to 2026. If it were wrong by one minute, the sun's position
+// would change by only 0.0007 degrees.
 constexpr double terrestrial_less_universal_s = 69.0;
 
 struct EquatorialPlace {
@@ -29,7 +30,8 @@ double cosine_of_deg(double angle_deg) {
   return std::cos(std::fmod(angle_deg, 360.0) * rad_per_deg);
 }
 
-// Meeus, ch. 25. T is in Julian centuries of terrestrial time from 2000 January 1.5.
+// Computes the sun's apparent place by Meeus, ch. 25. T is in Julian centuries of terrestrial time
+// from 2000 January 1.5.
 EquatorialPlace apparent_sun(double T) {
   const double mean_longitude_deg = 280.46646 + T * (36000.76983 + 0.0003032 * T);
   const double anomaly_deg = 357.52911 + T * (35999.05029 - 0.0001537 * T);
@@ -54,14 +56,14 @@ EquatorialPlace apparent_sun(double T) {
   return place;
 }
 
-// Meeus, ch. 12. `days` is universal time from 2000 January 1.5.
+// Computes the sidereal time by Meeus, ch. 12. `days` is universal time from 2000 January 1.5.
 double mean_sidereal_time_deg(double days) {
   const double T = days / days_per_century;
   return std::fmod(280.46061837 + 360.98564736629 * days + T * T * (0.000387933 - T / 38710000.0),
                    360.0);
 }
 
-// Saemundsson's formula for the correction of the geometric elevation [rad].
+// Returns the refraction at a geometric elevation [rad], by Saemundsson's formula.
 double refraction_rad(double elevation_rad) {
   const double h = elevation_rad * deg_per_rad;
   constexpr double lowest_deg = -1.0;  // below this, the sun has set

@@ -13,7 +13,7 @@
 namespace axiscal {
 
 TableField::TableField() {
-  // Shared, because many objects have this layout.
+  // All default-constructed fields share one layout, to save memory.
   static const std::shared_ptr<const Layout> one =
       TableField(std::vector<FieldDescription>(1)).layout_;
   layout_ = one;
@@ -165,7 +165,7 @@ Eigen::Matrix3d TableField::change(const FieldLevel& level,
   if (turning == parts().size()) {
     return factor * Eigen::Matrix3d::Identity();
   }
-  // A part L that does not turn with the table contributes (L . a) a, where a is the axis.
+  // The table turns about the unit vector a. Any other part L contributes (L . a) a to the sum.
   const Eigen::Vector3d axis = vectors_[turning].normalized();
   const Eigen::Matrix3d along = axis * axis.transpose();
   if (which != turning) {

@@ -5,8 +5,9 @@
 
 namespace axiscal {
 
-// The World Magnetic Model 2025 in GeographicLib's order: degree and order 12, Schmidt
-// semi-normalised, column by column (order m), the sines from m = 1. Epoch 2025.0.
+// Coefficients of the World Magnetic Model 2025: degree and order 12, Schmidt semi-normalised,
+// epoch 2025.0. As GeographicLib requires, they are sorted by the order m, then by the degree. The
+// sines begin with m = 1.
 extern const std::array<double, 91> wmm2025_cosines;       // nT
 extern const std::array<double, 78> wmm2025_sines;         // nT
 extern const std::array<double, 91> wmm2025_cosine_rates;  // nT per year

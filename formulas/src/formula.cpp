@@ -23,8 +23,8 @@ namespace x3 = boost::spirit::x3;
 using Arguments = std::span<const double>;
 using Apply = double (*)(Arguments);
 
-// A step of a formula in postfix order. It takes numbers from a stack and puts its result on the
-// stack.
+// A step of a formula in postfix order. It takes its arguments from a stack and puts its result
+// there.
 struct Step {
   enum Kind { constant, variable, operation };
   Kind kind = constant;
@@ -36,7 +36,7 @@ struct Step {
 
 struct Function {
   std::string_view name;
-  std::size_t arguments;  // number of arguments; any_number: one or more
+  std::size_t arguments;  // number of arguments; any_number if one or more are allowed
   Apply apply;
 };
 
@@ -77,7 +77,7 @@ constexpr std::array functions = {
     Function{"tan", 1, [](Arguments a) { return std::tan(a[0]); }},
     Function{"tanh", 1, [](Arguments a) { return std::tanh(a[0]); }}};
 
-// The steps of a formula while it is parsed.
+// The state of the parser: the steps that were found so far, and the calls that are still open.
 struct Parsing {
   const std::vector<std::string>& names;
   std::vector<Step> steps;
@@ -191,7 +191,7 @@ const auto product_def =
     signed_number >>
     *(('*' > signed_number[operation(2, [](Arguments a) { return a[0] * a[1]; })]) |
       ('/' > signed_number[operation(2, [](Arguments a) { return a[0] / a[1]; })]));
-// Precedence of the sign and the power: -2^2 is -4, and 2^3^2 is 2^9.
+// A power binds tighter than a sign, and powers group from the right: -2^2 is -4, 2^3^2 is 2^9.
 const auto signed_number_def =
     ('-' > signed_number[operation(1, [](Arguments a) { return -a[0]; })]) | ('+' > signed_number) |
     (primary >>

@@ -8,10 +8,12 @@
 
 namespace axiscal {
 
-/// An expression of variables, with the precedence of mathematics: + - * / ^, comparisons, &&
-/// ||, a ? b : c; abs, acos, acosh, asin, asinh, atan, atan2, atanh, avg, cbrt, cos, cosh, exp,
-/// hypot, ln (also log), log10, log2, max, min, rint, sign, sin, sinh, sqrt, sum, tan, tanh; pi and
-/// _e. It may be evaluated from several threads.
+/// A mathematical expression of variables, with the usual precedence. It may be evaluated from
+/// several threads.
+///
+/// Operators: + - * / ^, comparisons, && ||, a ? b : c. Constants: pi and _e. Functions: abs, acos,
+/// acosh, asin, asinh, atan, atan2, atanh, avg, cbrt, cos, cosh, exp, hypot, ln (also log), log10,
+/// log2, max, min, rint, sign, sin, sinh, sqrt, sum, tan, tanh.
 class Formula {
  public:
   /// @param names  names of the variables that the formula may contain.

@@ -25,7 +25,8 @@ struct StatedQuantity {
   Formula formula;
 };
 
-// The data to which an InstrumentKind refers. They exist until the program ends.
+// The content of a kind's file. It exists until the program ends, because an InstrumentKind refers
+// to it.
 struct StatedKind {
   std::string path;
   std::string name;
@@ -50,7 +51,8 @@ DerivedValues derive(const StatedKind& kind, const DeriveInput& input) {
   return result;
 }
 
-// The value of a formula for an axis, and its standard uncertainty by central differences.
+// Returns the value of a formula for an axis, and its standard uncertainty. The derivatives of the
+// formula are central differences.
 std::pair<double, double> value_and_u(const Formula& formula,
                                       std::array<double, 5> at,
                                       const Eigen::MatrixXd& covariance) {
@@ -95,7 +97,7 @@ std::vector<KindQuantity> describe(const StatedKind& kind, const CalibratedInstr
   return all;
 }
 
-// Calls `take` for each entry {"name", "formula", ..} of a list, with its formula.
+// Parses the formula of each entry {"name", "formula", ..} of a list, and calls `take` with it.
 template <typename Take>
 void for_each_formula(const JsonValue& file,
                       std::string_view key,
@@ -150,7 +152,7 @@ const InstrumentKind& add_instrument_kind_file(const std::string& path) {
   StatedKind read;
   read.path = path;
   read_into(read, parse_json(read_whole_file(path), path));
-  // If the kind cannot be added, its data are removed below.
+  // If the kind cannot be added below, its data are removed from `stated` again.
   const StatedKind& kind = stated.emplace_back(std::move(read));
   InstrumentKind entry{.name = kind.name,
                        .derived_names = kind.derived_views,

@@ -12,5 +12,6 @@
 /// The core of the library: fields, cubes, instruments, calibrations and the reduction of readings.
 ///
 /// Each module has a header with a description, a short program and common mistakes. This header
-/// includes axiscal/core.hpp, field.hpp, positioner.hpp, instruments.hpp and calib.hpp. It does not
-/// include logs.hpp, exchange.hpp, report.hpp and acquisition.hpp, which a build may lack.
+/// includes axiscal/core.hpp, field.hpp, positioner.hpp, instruments.hpp and calib.hpp. A build may
+/// lack the other modules, so logs.hpp, exchange.hpp, report.hpp and acquisition.hpp are not
+/// included.

@@ -47,7 +47,7 @@ Inclination inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                                    const InclinationOptions& options) noexcept {
   const double side = options.convention == AxisConvention::forward_left_up ? 1.0 : -1.0;
   const double x = field_in_sensor.x();
-  const double y = side * field_in_sensor.y() + 0.0;  // replaces -0 by 0
+  const double y = side * field_in_sensor.y() + 0.0;  // + 0.0 replaces -0 by 0
   const double z = side * field_in_sensor.z() + 0.0;
   Inclination result;
   if (options.pitch_formula == PitchFormula::arcsine) {

@@ -12,7 +12,7 @@
 namespace axiscal {
 
 void check_serial(std::string_view serial) {
-  constexpr std::size_t longest = 200;  // bytes; a file name may have 255
+  constexpr std::size_t longest = 200;  // in bytes; a file name, which has at most 255, contains it
   if (serial.size() > longest) {
     throw DomainError(formatted("the serial number has {} bytes, more than 200", serial.size()));
   }
@@ -21,7 +21,7 @@ void check_serial(std::string_view serial) {
   }
   for (std::size_t i = 0; i < serial.size(); ++i) {
     const auto byte = static_cast<unsigned char>(serial[i]);
-    // U+0080 to U+009F are control characters too: C2 80 to C2 9F in UTF-8.
+    // U+0080 to U+009F are control characters too. In UTF-8 they are C2 80 to C2 9F.
     const bool second = byte == 0xC2 && static_cast<unsigned char>(serial[i + 1]) < 0xA0;
     if (byte < 0x20 || byte == 0x7F || second) {
       throw DomainError(

@@ -57,7 +57,7 @@ std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
     hn::StoreU(sum_of(-A[0][0], u0, -A[1][0], u1, -A[2][0], u2), lanes, J[0] + i);
     hn::StoreU(sum_of(-A[0][1], u0, -A[1][1], u1, -A[2][1], u2), lanes, J[1] + i);
     hn::StoreU(sum_of(-A[0][2], u0, -A[1][2], u1, -A[2][2], u2), lanes, J[2] + i);
-    // If A is symmetric, the derivative with respect to A_jk includes that with respect to A_kj.
+    // If A is symmetric, the derivative with respect to A_jk includes the one with respect to A_kj.
     const auto other = hn::Set(lanes, weights.symmetric ? 1.0 : 0.0);
     hn::StoreU(hn::Mul(u0, d0), lanes, J[3] + i);
     hn::StoreU(hn::MulAdd(u0, d1, hn::Mul(other, hn::Mul(u1, d0))), lanes, J[4] + i);
@@ -103,7 +103,7 @@ HWY_AFTER_NAMESPACE();
 namespace axiscal {
 namespace {
 
-// d = v - b, f = A d and |f| of a reading.
+// The vectors d = v - b and f = A d of a reading v, and the length |f|.
 struct ReadingOfEllipsoid {
   std::array<double, 3> d;
   std::array<double, 3> f;

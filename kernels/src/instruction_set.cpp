@@ -34,7 +34,7 @@ std::int64_t supported_targets() {
   return targets & HWY_TARGETS;
 }
 
-// The supported targets, best first: the best target has the lowest bit.
+// Returns the supported targets, best first. The best target has the lowest bit.
 std::vector<std::int64_t> usable_targets() {
   std::vector<std::int64_t> targets;
   for (std::int64_t left = supported_targets(); left != 0; left &= left - 1) {
@@ -50,7 +50,7 @@ std::size_t place_of(std::int64_t target) {
       return static_cast<std::size_t>(place);
     }
   }
-  return HWY_MAX_DYNAMIC_TARGETS;  // the place of the fallback in the table
+  return HWY_MAX_DYNAMIC_TARGETS;  // the index of the fallback in a kernel's table
 }
 
 std::atomic<std::int64_t>& chosen_target() {

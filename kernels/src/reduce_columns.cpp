@@ -26,8 +26,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::CappedTag<double, 8>;
 using Double = hn::Vec<Lanes>;
 
-// Tables with at least this number of rows are written past the caches, so that a cache line is not
-// read before it is overwritten.
+// Results with at least this number of rows are written directly to memory, without the caches.
+// Otherwise the processor would read each cache line before overwriting it.
 constexpr std::size_t streams_from = std::size_t{1} << 20U;
 
 struct Affine {
@@ -108,9 +108,9 @@ bool AreAligned(const WrittenColumns& f, const AngleColumns& angles, bool with_a
          (!with_angles || (aligned(angles.pitch_rad.data()) && aligned(angles.roll_rad.data())));
 }
 
-// Reduces 64 rows at a time into a buffer that stays in the cache. Then it writes each column of
-// the buffer in whole cache lines. If the five columns were written in turn, each write would wait
-// for the rest of its cache line.
+// Converts 64 rows at a time into a buffer that stays in the cache. Then writes each column of the
+// buffer in whole cache lines. If each row were written at once to the five columns, every cache
+// line would be written in several parts.
 template <bool with_angles>
 void ReduceAndStream(const ColumnReduction& reduction,
                      const ReadColumns& v,

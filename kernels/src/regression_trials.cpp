@@ -23,7 +23,7 @@ using Lanes = hn::CappedTag<double, stream_count>;
 using Bits = hn::RebindToUnsigned<Lanes>;
 using Double = hn::Vec<Lanes>;
 
-// A stream of xoshiro256++ in each vector lane.
+// Draws normal random numbers. Each vector lane has its own stream of xoshiro256++.
 class NormalLanes {
  public:
   NormalLanes(const RandomStreams& streams, std::size_t first) {
@@ -32,11 +32,11 @@ class NormalLanes {
     }
   }
 
-  // Draws two independent normals in each lane (Box and Muller).
+  // Draws two independent normal numbers in each lane, by the method of Box and Muller.
   HWY_INLINE void next(Double& one, Double& other) {
     const Double u = hn::Sub(hn::Set(lanes_, 2.0), one_to_two(word()));  // (0, 1]
     const Double r = hn::Sqrt(hn::Mul(hn::Set(lanes_, -2.0), log_of(u)));
-    // The upper bits give an angle within +- pi/4, and the two lowest bits its quadrant.
+    // The upper bits give an angle within +- pi/4, and the two lowest bits select the quadrant.
     const Word bits = word();
     const Double theta =
         hn::Mul(hn::Sub(one_to_two(bits), hn::Set(lanes_, 1.5)), hn::Set(lanes_, quarter_turn));
@@ -228,7 +228,7 @@ class TrialLanes {
   const RegressionTrials& trials_;
   std::size_t first_;
   std::size_t n_;
-  std::vector<double> means_;  // X b of each response
+  std::vector<double> means_;  // readings without noise, X b, of each response
   AlignedValues readings_;     // simulated readings of one response
   AlignedValues sums_;
 };
@@ -266,7 +266,7 @@ HWY_AFTER_NAMESPACE();
 namespace axiscal {
 namespace {
 
-// Normals of a single stream, one number after the other.
+// Draws the normal random numbers of one stream, a pair at a time.
 class PlainNormals {
  public:
   PlainNormals(const RandomStreams& streams, std::size_t stream) {

@@ -27,7 +27,8 @@ using Lanes = hn::CappedTag<double, stretches>;
 using Double = hn::Vec<Lanes>;
 constexpr std::size_t tile = stretches * hn::MaxLanes(Lanes());
 
-// The running sums of one window in each stretch, relative to the stretch's first value.
+// The running sums of one window in each stretch. The summed values are the differences of the
+// samples from the first sample of the stretch.
 struct RunningSums {
   RunningSums(const double* column, std::size_t length, std::size_t window, std::size_t prefetched)
       : ahead(prefetched) {
@@ -41,15 +42,15 @@ struct RunningSums {
     }
   }
 
-  std::size_t ahead;  // distance to the samples of the next block; 0 in the last block
+  std::size_t ahead;  // distance to the samples to prefetch, those of the next block; 0 if none
   const double* x[stretches] = {};
   double sum[stretches] = {};
   double squares[stretches] = {};
 };
 
-// Adds squared variances to `total`: in each stretch, those of the windows that start at i, i + 1,
-// .., i + lanes - 1. Entry 4 j + l is for stretch l and the window at i + j. Then updates the
-// running sums for the next windows.
+// Computes the squared variances of the windows that start at i, i + 1, .., i + lanes - 1 in each
+// stretch, and adds them to `total`. Entry 4 j + l of `total` belongs to stretch l and the window
+// at i + j. Then updates the running sums for the next windows.
 HWY_INLINE void AddTile(RunningSums& of, std::size_t i, std::size_t window, double* total) {
   const Lanes lanes;
   const auto w = static_cast<double>(window);
@@ -108,8 +109,8 @@ void SlideBlock(std::vector<RunningSums>& columns,
 std::size_t SlideVariance(std::span<const std::span<const double>> columns,
                           std::size_t window,
                           std::span<double> joined) {
-  // The running sums are computed anew for each block. With this block size the stretches use
-  // different cache lines.
+  // The running sums are computed anew for each block. With stretches of 2040 samples, the samples
+  // that are read at the same time are in different cache sets.
   constexpr std::size_t block = stretches * 2040;
   const std::size_t whole = (joined.size() - 1) / tile * tile;
   for (std::size_t first = 0; first < whole; first += block) {

@@ -10,9 +10,10 @@
 // compiler's baseline.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
 
-// AXISCAL_KERNEL defines a table of a kernel's versions by instruction set, AXISCAL_CALL calls one
-// of them. HWY_EXPORT and HWY_DYNAMIC_DISPATCH need libhwy, which measures the processor for five
-// milliseconds at every start.
+// AXISCAL_KERNEL defines a table with one version of a kernel for each instruction set.
+// AXISCAL_CALL calls the version for the chosen instruction set. Highway's own HWY_EXPORT and
+// HWY_DYNAMIC_DISPATCH are not used, because they need libhwy. That library measures the processor
+// for five milliseconds at every start.
 #define AXISCAL_KERNEL(FUNCTION)                                                \
   static decltype(&HWY_STATIC_DISPATCH(FUNCTION)) const FUNCTION##Kernels[] = { \
       HWY_CHOOSE_TARGET_LIST(FUNCTION), HWY_CHOOSE_FALLBACK(FUNCTION)}
@@ -23,7 +24,7 @@ namespace axiscal {
 /// @return the index of the current instruction set in the tables of AXISCAL_KERNEL.
 [[nodiscard]] std::size_t chosen_kernel();
 
-/// The alignment [bytes] of vectors of any instruction set.
+/// An alignment [bytes] that is sufficient for the vectors of every instruction set.
 inline constexpr std::align_val_t vector_alignment{64};
 struct DeleteAligned {
   void operator()(double* values) const { ::operator delete(values, vector_alignment); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The formats of the program axiscal-read. Each reader throws an Error that says why the file
-// cannot be read, without the path.
+// The readers of the program axiscal-read. If a file cannot be read, a reader throws an Error whose
+// message states the reason, without the path.
 #pragma once
 
 #include <string>

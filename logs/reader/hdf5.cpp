@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads HDF5 files (The HDF Group): every numeric dataset of one or two dimensions, and the numeric
-// members of compound datasets. Those with the same number of rows form one table. The library is
-// not safe with damaged files.
+// members of compound datasets. Datasets with the same number of rows form one table. The HDF5
+// library is not safe with damaged files.
 #include <array>
 #include <hdf5/serial/hdf5.h>
 #include <vector>
@@ -21,7 +21,7 @@ using ObjectInfo = H5O_info_t;
 
 constexpr std::size_t most_numbers = std::size_t{1} << 30U;
 
-// Closes an identifier that the library opened.
+// Owns an identifier of the HDF5 library, and closes it.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -39,7 +39,8 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-// "imu/accelerometer" -> "imu.accelerometer", as the names of columns in other formats.
+// Replaces slashes by points, so that the names are like those in other formats:
+// "imu/accelerometer" becomes "imu.accelerometer".
 std::string column_name(std::string name) {
   for (char& c : name) {
     c = c == '/' ? '.' : c;

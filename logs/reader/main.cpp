@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// axiscal-read FORMAT MEMORY SECONDS reads a file from standard input, and writes its largest table
-// to standard output for read_in_another_process(). Its libraries are not safe with damaged files.
-// The program therefore uses at most MEMORY further bytes of address space and SECONDS of processor
-// time.
+// The program `axiscal-read FORMAT MEMORY SECONDS` reads a file from standard input, and writes the
+// largest table in it to standard output. read_in_another_process() runs the program, because the
+// libraries that read these formats are not safe with damaged files. The program limits itself to
+// MEMORY further bytes of address space and SECONDS of processor time.
 #include <csignal>
 #include <cstdlib>
 #include <new>
@@ -32,7 +32,7 @@ void append_size(std::string& text, std::size_t size) {
 
 // @return '1' followed by the names and columns of the table, or '0' followed by the error.
 std::string answer_of(std::string_view format) {
-  // The path of standard input, which the libraries can open as a file with random access.
+  // By this path the libraries can open standard input as a file with random access.
   const std::string path = "/proc/self/fd/0";
   SeriesTables::Table table;
   try {

@@ -106,7 +106,7 @@ SeriesTables read_mat73(const std::string& path) {
     if (names[i] == nullptr) {
       continue;
     }
-    // Every listed variable must be readable. matio does not report a missing one.
+    // matio does not report a listed variable that it cannot read.
     const std::unique_ptr<matvar_t, FreeVariable> variable(Mat_VarRead(file.get(), names[i]));
     if (!variable || is_lost(*variable)) {
       throw Error(formatted("the .mat file is damaged: variable '{}' cannot be read", names[i]));

@@ -15,12 +15,15 @@
 namespace axiscal {
 namespace {
 
-// Equivalent degrees of freedom of an overlapping Allan variance (NIST SP 1065, table 5), for noise
-// whose deviation has a slope of about -1, -1/2, 0 or +1/2.
+// @return the equivalent degrees of freedom of an overlapping Allan variance (NIST SP 1065, table
+//         5) for the kind of noise whose slope (-1, -1/2, 0 or +1/2) is closest to `slope`.
+// @param slope   slope of the deviation over tau in a log-log plot.
+// @param phases  number of phases of the record.
+// @param m       averaging length in samples.
 double degrees_of_freedom(double slope, double phases, double m) {
   const double N = phases;
   double edf = 0.0;
-  if (slope < -0.75) {  // white phase noise, quantisation
+  if (slope < -0.75) {  // white phase noise, such as quantisation
     edf = (N + 1.0) * (N - 2.0 * m) / (2.0 * (N - m));
   } else if (slope < -0.25) {  // white noise
     edf = (3.0 * (N - 1.0) / (2.0 * m) - 2.0 * (N - 2.0) / N) * 4.0 * m * m / (4.0 * m * m + 5.0);
@@ -46,7 +49,8 @@ void add_intervals(std::vector<AllanPoint>& points, double phases) {
             ? std::log(after.deviation / before.deviation) / std::log(after.tau_s / before.tau_s)
             : -0.5;
     AllanPoint& point = points[i];
-    // At long tau the deviations scatter, so a steep fall is chance and not phase noise.
+    // At long tau the deviations scatter, so a steep fall is regarded as chance, not as phase
+    // noise.
     const bool is_long = static_cast<double>(point.samples) * 100.0 > phases;
     point.degrees_of_freedom = degrees_of_freedom(is_long ? std::max(slope, -0.5) : slope, phases,
                                                   static_cast<double>(point.samples));
@@ -90,6 +94,7 @@ void require_enough(std::size_t phases) {
   }
 }
 
+// Computes the Allan deviation curve of a record from its phases.
 // @param phase        the phases of the record.
 // @param zero_before  true if `phase` lacks the first phase, which is 0.
 std::vector<AllanPoint> curve_of(std::span<const double> phase,
@@ -105,9 +110,9 @@ std::vector<AllanPoint> curve_of(std::span<const double> phase,
   for (const std::size_t m : used) {
     sums.push_back(zero_before ? std::pow(phase[2 * m - 1] - 2.0 * phase[m - 1], 2) : 0.0);
   }
-  // Each block is processed for all lengths before the next block, so that several lengths use the
-  // data in the cache. For one length, the terms of a block need x_i, x_(i+m) and x_(i+2m): three
-  // sequences of at most 2048 numbers, which together fit into the first-level cache.
+  // Each block is processed for all lengths before the next block, so that its data are in the
+  // cache for several lengths. For one length, a block needs the phases x_i, x_(i+m) and x_(i+2m).
+  // These are three sequences of at most 2048 numbers, which together are at most 48 KiB.
   constexpr std::size_t block = 2048;
   for (std::size_t first = 0; first < phase.size(); first += block) {
     for (std::size_t k = 0; k < used.size(); ++k) {
@@ -139,8 +144,7 @@ std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
 }
 
 void put_phase(std::span<const double> samples, double rate_hz, std::span<double> phase) {
-  // The additions to the four sums do not depend on each other, so that the processor can execute
-  // them in parallel.
+  // The four sums do not depend on each other, so the processor can add to them in parallel.
   std::array<double, 4> sums{};
   std::size_t i = 0;
   for (; i + 4 <= samples.size(); i += 4) {
@@ -158,8 +162,8 @@ void put_phase(std::span<const double> samples, double rate_hz, std::span<double
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
   const auto put = [&](std::size_t at, double more) { phase[at] = sum + more; };
-  // Four samples are added to each other before they are added to `sum`. A group of four therefore
-  // waits for the group before it only once.
+  // Four samples are added to each other before they are added to `sum`. Each group of four then
+  // waits for the previous group with only one addition.
   for (i = 0; i + 4 <= samples.size(); i += 4) {
     const double a = (samples[i] - mean) * step;
     const double ab = a + (samples[i + 1] - mean) * step;
@@ -180,7 +184,7 @@ void put_phase(std::span<const double> samples, double rate_hz, std::span<double
 std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
                                         double rate_hz,
                                         std::span<const std::size_t> lengths) {
-  // The phases are aligned to a cache line, so that vector instructions do not cross lines.
+  // The phases are aligned to cache lines, so that no vector instruction accesses two lines.
   constexpr std::size_t line = 64;
   std::size_t room = samples.size_bytes() + line;
   const auto memory = std::make_unique_for_overwrite<std::byte[]>(room);

@@ -36,7 +36,7 @@ void require_three(const std::vector<std::string>& columns) {
   }
 }
 
-// @return the means of some columns as readings of an instrument.
+// @return the means of three columns over the rests, as readings of an instrument.
 Observations readings_of(const Segmentation& rests, const std::vector<std::string>& columns) {
   Observations observations;
   const auto n = static_cast<Eigen::Index>(rests.intervals.size());
@@ -62,7 +62,7 @@ Observations readings_of(const Segmentation& rests, const std::vector<std::strin
   return observations;
 }
 
-// @return the readings of the rests that have a label, with their labels.
+// @return the readings at the rests that have a label; the labels are set in the readings.
 Observations labelled(const Observations& all,
                       const SeatLabels& labels,
                       const std::vector<RunSheetRow>& sheet) {
@@ -86,13 +86,14 @@ Observations labelled(const Observations& all,
   return chosen;
 }
 
-// @return the fields at the rests according to a calibration, n x 3.
+// @return the field at each rest, computed from the means with a calibration, n x 3.
 Eigen::MatrixX3d fields_by(const LinearResponse& response, const Eigen::MatrixX3d& means) {
   const Eigen::Matrix3d inverse = Eigen::Matrix3d(response.sensitivity).inverse();
   return (means.rowwise() - response.bias.transpose()) * inverse.transpose();
 }
 
-// @return the means without the middle of their extremes, which estimates a magnetometer's bias.
+// @return the means minus the midpoint between the largest and the smallest mean of each axis. The
+//         midpoint is an estimate of the bias of a magnetometer.
 Eigen::MatrixX3d centred(const Eigen::MatrixX3d& means) {
   const Eigen::RowVector3d middle = 0.5 * (means.colwise().maxCoeff() + means.colwise().minCoeff());
   return means.rowwise() - middle;
@@ -104,9 +105,9 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
-// Computes the ratio (error of biases and sensitivities) / (noise of the rests). It is large if
-// there are few directions, or if they do not cover all sides.
-// @param ups  directions up at the rests, n x 3.
+// @return the error of biases and sensitivities divided by the noise of the means at the rests. It
+//         is large if there are few attitudes, or if they do not cover all directions.
+// @param ups  upward vertical at each rest, in the sensor's frame, n x 3.
 double spread_of(const Eigen::MatrixX3d& ups) {
   Eigen::MatrixXd J(ups.rows(), 9);
   J << ups, ups.cwiseAbs2(), ups.col(0).cwiseProduct(ups.col(1)),
@@ -120,13 +121,13 @@ double spread_of(const Eigen::MatrixX3d& ups) {
 }
 
 // The quality of the rests that one threshold gives. The expected error of the coefficients is
-// scatter times spread. With a gyroscope, the scatter is the standard deviation of the attitude
-// errors after the turns, because these are more sensitive to motion during a rest. Otherwise it is
-// the standard deviation of the calibrated magnitudes of gravity.
+// scatter times spread. The spread is the result of spread_of(). With a gyroscope, the scatter is
+// the standard deviation of the attitude errors after the turns, which are more sensitive to motion
+// during a rest. Without one, it is the standard deviation of the calibrated magnitudes of gravity.
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
-  std::optional<Eigen::Matrix3d> inverse;  // inverse sensitivity of the gyroscope, from the turns
+  std::optional<Eigen::Matrix3d> inverse;  // inverse of the gyroscope's fitted sensitivity
 
   [[nodiscard]] double error() const { return scatter * spread; }
 };
@@ -144,15 +145,16 @@ RestQuality quality_of(const Segmentation& rests,
   }
   const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
   const TurnFit turns = fit_turns(source.turns(rests, all_rests(rests), ups), still, turn_options);
-  turn_options.start = turns.inverse;  // start of the fit for the next threshold
+  turn_options.start = turns.inverse;  // initial value for the next threshold
   return {.scatter = turns.residual_sd_rad, .spread = spread, .inverse = turns.inverse};
 }
 
-// Finds the threshold whose rests have the smallest expected error. Its number of rests must be
-// within 25 % of the number for the threshold of most_persistent().
+// Finds the threshold whose rests give the smallest expected error of the coefficients. Only
+// thresholds are tried whose number of rests is within 25 % of that of most_persistent().
 //
 // @param notes    receives a note if fewer rests are used than most_persistent() would use.
-// @param inverse  receives the inverse sensitivity of the gyroscope, from the turns.
+// @param inverse  receives the inverse of the gyroscope's sensitivity, fitted to the turns.
+// @return the position of the threshold in `sets`.
 std::size_t best_by_scatter(const RecordedLog& log,
                             const ImuOptions& options,
                             const std::vector<IntervalSet>& sets,
@@ -168,7 +170,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
       candidates.push_back(s);
     }
   }
-  constexpr std::size_t most = 6;  // neighbouring thresholds give similar rests
+  constexpr std::size_t most = 6;  // few are enough: neighbouring thresholds give similar rests
   const std::size_t step = 1 + candidates.size() / most;
   RestTurns source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
@@ -182,8 +184,8 @@ std::size_t best_by_scatter(const RecordedLog& log,
       return RestQuality();  // infinite error: these rests do not determine the fit
     }
   };
-  // The threshold of most_persistent() is replaced only by a clearly better one, because small
-  // differences are due to chance.
+  // The threshold of most_persistent() is replaced only if another one is clearly better, because
+  // small differences are due to chance.
   constexpr double clearly = 0.8;
   std::size_t best = persistent;
   const RestQuality all = quality_at(persistent);
@@ -230,7 +232,9 @@ class GyroscopeRefused : public RefusedError {
   using RefusedError::RefusedError;
 };
 
-// Finds runs of at least `fewest` rows in which the columns do not change.
+// Finds the sections of a log in which the values of all given columns stay the same for at least
+// `fewest` rows.
+// @return pairs of the first row and one past the last row.
 std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(const RecordedLog& log,
                                                               const std::vector<std::string>& names,
                                                               std::size_t fewest) {
@@ -302,7 +306,7 @@ class ImuCalibrator {
       try {
         calibrate_magnetometer();
       } catch (const RefusedError& error) {
-        // The magnetometer has other requirements. If they are not met, the other results are still
+        // If the magnetometer cannot be calibrated, the results for the other sensors are still
         // valid.
         result_.rests.warnings.push_back(
             formatted("the magnetometer is left out: {}", error.what()));
@@ -327,7 +331,7 @@ class ImuCalibrator {
   }
 
  private:
-  // Adds the problems of the log to each record.
+  // Adds the warnings about the log and the seats to a record.
   void warn(Calibration& record) const {
     const auto add = [&](WarningCode code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
@@ -344,7 +348,8 @@ class ImuCalibrator {
   void find_rests() {
     SegmentOptions segment_options = options_.segment;
     if (segment_options.columns.empty()) {
-      // Turning by hand is visible in the rates before it is visible in gravity.
+      // A turn by hand changes the readings of the gyroscope earlier than those of the
+      // accelerometer.
       segment_options.columns =
           options_.gyroscope.empty() ? options_.accelerometer : options_.gyroscope;
     }
@@ -363,8 +368,9 @@ class ImuCalibrator {
     accelerations_ = means_of(result_.rests, options_.accelerometer);
   }
 
-  // @return true if the scatter of at least one axis during the rests is more than 0.7 times the
-  //         step of its readings. While such a sensor is awake, it does not repeat one value.
+  // @return true if at least one axis scatters during the rests by more than 0.7 times the
+  //         resolution of its readings. Such a sensor does not repeat one value, unless it is in a
+  //         sleep mode.
   [[nodiscard]] bool scatters_by_steps(const Segmentation& rests) const {
     for (const std::vector<std::string>* names : {&options_.accelerometer, &options_.gyroscope}) {
       for (const std::string& name : *names) {
@@ -392,8 +398,9 @@ class ImuCalibrator {
     return false;
   }
 
-  // Leaves out samples of a sensor that sleeps: it repeats one value, but is not at rest. The
-  // samples stay if a coarse and quiet sensor repeats one value in all its rests.
+  // Leaves out the samples during which a sensor is in a sleep mode. It then repeats one value even
+  // if it moves. The samples are kept if the noise of a sensor is below its resolution, because
+  // such a sensor also repeats one value at rest.
   void leave_frozen_out(const SegmentOptions& options,
                         const std::function<Segmentation(const SegmentOptions&)>& rests_by) {
     SegmentOptions awake = options;
@@ -428,7 +435,7 @@ class ImuCalibrator {
         return;
       }
     } catch (const RefusedError&) {
-      // Without these samples there are no rests, so they stay.
+      // Without these samples no rests are found, so the samples are kept.
     }
     result_.notes = std::move(notes);
   }
@@ -447,8 +454,8 @@ class ImuCalibrator {
     return result_.seats ? labelled(all, *result_.seats, options_.sheet) : all;
   }
 
-  // If the instrument lay only on its six faces, there are too few attitudes for method magnitude,
-  // but the face of each rest is known.
+  // Sets the fields from the faces if the instrument lay only on its six faces. These are too few
+  // attitudes for the method `magnitude`, but the face on the table is known for each rest.
   void take_six_faces(Experiment& experiment, Observations& observations) {
     std::vector<std::optional<Face>> faces;
     try {
@@ -458,7 +465,7 @@ class ImuCalibrator {
     }
     const std::set<std::optional<Face>> all(faces.begin(), faces.end());
     const bool are_faces = all.size() == all_faces.size() && !all.contains(std::nullopt);
-    constexpr Eigen::Index enough = 10;  // rests for method magnitude
+    constexpr Eigen::Index enough = 10;  // rests that are enough for the method `magnitude`
     if (!are_faces && observations.size() >= enough) {
       return;
     }
@@ -488,8 +495,8 @@ class ImuCalibrator {
     }
     experiment.instrument.axes = options_.accelerometer;
     set_default_field(experiment);
-    // If a board is turned by hand, the error of the model is larger than the noise of a mean over
-    // one second, so all rests get the same weight.
+    // All rests get the same weight, because the error of the model for a board that is turned by
+    // hand is larger than the noise of a mean over one second.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     Observations observations = observations_of(options_.accelerometer);
     if (!result_.seats && !experiment.fit.method) {
@@ -524,8 +531,8 @@ class ImuCalibrator {
       }
     }
     TurnFitOptions turn_options = options_.turns;
-    // gyroscope_inverse_ refers to the frame that was fitted to this log. A given record of the
-    // accelerometer may have another frame.
+    // gyroscope_inverse_ refers to the frame of an accelerometer that was fitted to this log. If a
+    // calibration of the accelerometer was given, its frame may be another one.
     if (gyroscope_inverse_ && !options_.known_accelerometer && !turn_options.start) {
       turn_options.start = gyroscope_inverse_;
     }
@@ -590,8 +597,8 @@ class ImuCalibrator {
   const RecordedLog& log_;
   const ImuOptions& options_;
   ImuCalibration result_;
-  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // inverse sensitivity by best_by_scatter()
-  Eigen::MatrixX3d accelerations_;                    // means of the accelerometer at the rests
+  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // inverse sensitivity, best_by_scatter()
+  Eigen::MatrixX3d accelerations_;                    // accelerometer's means at the rests
 };
 
 }  // namespace
@@ -626,7 +633,9 @@ SeatLabels recognise_seats(const RecordedLog& log,
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
-      // Turns about the vertical do not change gravity. They are checked against the seats later.
+      // Approximate rotations are enough, because label_by_turns() compares them with the design
+      // points. A turn about the vertical does not change gravity, so gravity does not check it
+      // here.
       TurnFitOptions turn_options = options.turns;
       turn_options.rotations_only = true;
       const TurnFit fit = fit_turns(turns, still, turn_options);
@@ -669,7 +678,7 @@ void check_fences(const RecordedLog& log,
   try {
     seen = recognise_seats(log, rests, own, notes);
   } catch (const RefusedError&) {
-    return;  // gyroscope or magnetometer cannot show the fence faces
+    return;  // the fence faces cannot be recognised
   }
   for (std::size_t i = 0; i < labels.points.size(); ++i) {
     if (labels.points[i] && seen.points[i] && labels.points[i]->rest() == seen.points[i]->rest() &&
@@ -687,7 +696,7 @@ ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options) 
   try {
     return ImuCalibrator(log, options).run();
   } catch (const GyroscopeRefused& refused) {
-    ImuOptions without = options;  // the rests are then detected by the accelerometer
+    ImuOptions without = options;  // rests are then detected in the accelerometer's columns
     without.gyroscope.clear();
     ImuCalibration imu = ImuCalibrator(log, without).run();
     imu.failed.insert(imu.failed.begin(), {.slot = "gyroscope", .message = refused.what()});

@@ -10,11 +10,11 @@
 namespace axiscal {
 namespace {
 
-// Kalibr's inputs for one sensor, in SI units.
+// The noise of one sensor as Kalibr needs it, in SI units.
 struct KalibrNoise {
   double density = 0.0;
   double walk = 0.0;
-  bool walk_is_limit = false;  // some axis does not show a random walk
+  bool walk_is_limit = false;  // true if an upper bound was used for at least one axis
   double rate_hz = 0.0;
 };
 

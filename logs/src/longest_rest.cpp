@@ -11,12 +11,12 @@
 namespace axiscal {
 namespace {
 
-// Means and variances of the windows of a column.
+// The mean and the variance of each window of a column.
 struct Windows {
   std::vector<double> mean, variance;
 };
 
-// Computes the means and variances of the windows of a column. The variance excludes the sample
+// Computes the mean and the variance of each window of a column. The variance excludes the sample
 // farthest from the mean, so that a single wrong sample is not taken for motion.
 Windows windows_of(std::span<const double> samples, std::size_t length) {
   Windows windows;
@@ -49,7 +49,7 @@ double quantile_of(std::vector<double> values, double share) {
   return *at;
 }
 
-// @return the smallest change between neighbouring samples, which is the step of the readings.
+// @return the resolution of the readings, which is the smallest change between successive samples.
 double step_of(std::span<const double> samples) {
   double step = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -59,9 +59,10 @@ double step_of(std::span<const double> samples) {
   return std::isfinite(step) ? step : 0.0;
 }
 
-// Finds the windows that are not at rest. A window is not at rest if its variance is too large in
-// at least one column, or is 0 in all columns, because the sensor then sleeps.
-// @param quietest  the quantile of a column's variances that is its variance at rest, 0 to 1.
+// Finds the windows that are not at rest. These are windows whose variance is too large in at least
+// one column, and windows whose variance is 0 in all columns, because the sensor is then in a sleep
+// mode.
+// @param quietest  0 to 1: the variance of a column at rest is this quantile of its variances.
 // @return 1 for each window that is not at rest, 0 for the others.
 std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
                                const std::vector<Windows>& windows,
@@ -73,7 +74,7 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const std::vector<double>& variance = windows[c].variance;
     const double step = step_of(columns[c].samples);
-    // A sensor that sleeps has a variance of 0, which is less than that of any sensor at rest.
+    // Windows with a variance of 0 are ignored here: the sensor was in a sleep mode, not at rest.
     std::vector<double> awake;
     std::copy_if(variance.begin(), variance.end(), std::back_inserter(awake),
                  [](double one) { return one > 0.0; });
@@ -82,8 +83,8 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
     }
     const double base = std::max(quantile_of(awake, quietest), 0.25 * step * step);
     any = true;
-    // If the variance of the noise changes with time, the variances of windows at rest differ more,
-    // so the factor is larger.
+    // The factor is larger if the noise changes with time, because the variances of windows at rest
+    // then differ more.
     constexpr double least = 8.0;
     constexpr double most = 40.0;
     const double factor = std::clamp(std::pow(quantile_of(awake, 0.5) / base, 4.0), least, most);
@@ -93,12 +94,13 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
     }
   }
   for (std::size_t i = 0; i < n && any; ++i) {
-    loud[i] = static_cast<char>(loud[i] != 0 || frozen[i] != 0);  // frozen: the sensor sleeps
+    loud[i] = static_cast<char>(loud[i] != 0 || frozen[i] != 0);  // frozen: in a sleep mode
   }
   return loud;
 }
 
-// @return first and end of the longest sequence of windows that are at rest (loud is 0).
+// @return the longest sequence of windows at rest (`loud` is 0): the first one, and one past the
+//         last.
 std::pair<std::size_t, std::size_t> longest_quiet(const std::vector<char>& loud) {
   std::pair<std::size_t, std::size_t> longest = {0, 0};
   std::size_t first = 0;
@@ -113,7 +115,7 @@ std::pair<std::size_t, std::size_t> longest_quiet(const std::vector<char>& loud)
   return longest;
 }
 
-// True if the means of neighbouring windows differ more than those of any sensor at rest.
+// True if the means of successive windows differ by more than is possible for a sensor at rest.
 bool wanders(const std::vector<RestColumn>& columns,
              const std::vector<Windows>& windows,
              const std::pair<std::size_t, std::size_t>& run) {
@@ -154,13 +156,13 @@ LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz)
     windows.push_back(windows_of(column.samples, length));
   }
   LongestRest rest;
-  // If less than a tenth of the log is at rest, the 10 % quantile is not the variance at rest, and
-  // the 2 % quantile is used.
+  // The 2 % quantile is tried second. It is the variance at rest if less than a tenth of the log is
+  // at rest.
   for (const double quietest : {0.1, 0.02}) {
     const std::pair<std::size_t, std::size_t> run =
         longest_quiet(loud_windows(columns, windows, quietest));
     const std::size_t count = windows.front().mean.size();
-    // The windows at the ends are left out, because a hand may have touched the instrument.
+    // The first and the last window are left out, because a hand may have touched the instrument.
     const std::size_t first = run.first > 0 ? run.first + 1 : 0;
     const std::size_t end =
         run.second < count ? run.second - std::min<std::size_t>(run.second, 1) : count;

@@ -9,7 +9,7 @@
 namespace axiscal {
 namespace {
 
-// @return the name in lower case without the letter of the axis: "gyro." for "gyro.X".
+// @return the name in lower case without the letter of the axis at its end: "gyro." for "gyro.X".
 std::string stem_of(const std::string& name) {
   std::string stem;
   std::transform(name.begin(), name.end(), std::back_inserter(stem),

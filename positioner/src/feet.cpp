@@ -16,19 +16,21 @@
 namespace axiscal {
 namespace {
 
-// Feet are in a line if the height of their triangle divided by its longest side is below this.
+// Feet count as being in a line if the height of their triangle, divided by its longest side, is
+// less than this.
 constexpr double flattest_triangle = 0.02;
 
 bool is_finite(const Ball& ball) {
   return ball.centre_m.allFinite() && std::isfinite(ball.radius_m);
 }
 
-// The tangent plane on the side of `outward`; nullopt if no plane touches all three balls.
+// Returns the plane that touches all three balls on the side of `outward`, or nullopt.
 std::optional<ContactPlane> tangent_plane(const Feet& feet, const Eigen::Vector3d& outward) {
   const Eigen::Vector3d a = feet[0].centre_m - feet[2].centre_m;
   const Eigen::Vector3d b = feet[1].centre_m - feet[2].centre_m;
   const Eigen::Vector3d across = a.cross(b).normalized();
-  // n = p + h across. p is parallel to the plane of the centres and solves the two equations for n.
+  // The normal is n = p + h across. The vector p is parallel to the plane through the centres, and
+  // solves the two linear equations for n.
   Eigen::Matrix3d rows;
   rows << a.transpose(), b.transpose(), across.transpose();
   const Eigen::Vector3d p = rows.partialPivLu().solve(Eigen::Vector3d(

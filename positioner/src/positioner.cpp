@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double touching_m = 1e-9;  // a ball that is less than this beyond a plane only touches it
+constexpr double touching_m = 1e-9;  // a ball that passes a plane by less than this only touches it
 
 PositionerDescription description_of(const FaceNormals& normals, std::string id) {
   PositionerDescription description{.id = std::move(id)};
@@ -46,7 +46,7 @@ std::string of_face(Face face) {
   return formatted("of face {}", face_name(face));
 }
 
-// Computes the rotation from the normals only (method.md, section 2).
+// Computes the cube's rotation from the normals of two faces (method.md, section 2).
 Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Vector3d& fence) {
   const Eigen::Vector3d z = -rest;
   const Eigen::Vector3d y = (fence - fence.dot(z) * z).normalized();
@@ -54,17 +54,17 @@ Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Ve
   R.row(0) = y.cross(z);
   R.row(1) = y;
   R.row(2) = z;
-  return R.array() + 0.0;  // replaces -0 by 0
+  return R.array() + 0.0;  // + 0.0 replaces -0 by 0
 }
 
-// True if the cube's centre lies above the triangle of the rest face's contact points.
+// Returns true if the cube's centre is above the triangle of the rest face's contact points.
 bool stands(const Feet& feet, const Eigen::Vector3d& normal) {
   int positive = 0;
   int negative = 0;
   for (std::size_t i = 0; i < feet.size(); ++i) {
     const Eigen::Vector3d& from = feet[i].centre_m;
     const Eigen::Vector3d& to = feet[(i + 1) % feet.size()].centre_m;
-    // Each ball touches the plane directly below its centre, so the centres can replace the contact
+    // Each ball touches the table directly below its centre, so the centres can replace the contact
     // points.
     const double side = normal.dot(from.cross(to));
     positive += side > 0.0 ? 1 : 0;

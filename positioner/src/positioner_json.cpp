@@ -68,8 +68,8 @@ FaceDescription face_of_json(Face face, const JsonValue& json) {
   return description;
 }
 
-// Rejects the normals of a left-handed cube. Each wrong normal would be rejected too, but this
-// message gives their common reason.
+// Throws if all normals are those of a cube with left-handed axes. A later check would reject the
+// normals one by one, but this message gives their common reason.
 void reject_mirrored_faces(const JsonValue& faces) {
   std::array<Eigen::Vector3d, all_faces.size()> normals;
   for (const Face face : all_faces) {

@@ -15,11 +15,12 @@ constexpr double largest_turn_rad = 0.3;
 constexpr double touching_fence_m = 1e-12;  // a foot within this distance touches the fence
 constexpr double same_turn_rad = 1e-9;
 
-// Two feet that touch the fence, if the third does not reach it and the centre is between the two.
+// Two feet that touch the fence in a stable seat: the third foot does not reach the fence, and the
+// cube's centre is between the two along the fence.
 struct StablePair {
   std::array<int, 2> contacts;
   double turn_rad = 0.0;
-  double distance_m = 0.0;  // from the cube's centre to the fence, along the fence's normal
+  double distance_m = 0.0;  // distance from the cube's centre to the fence
 };
 
 class Push {
@@ -66,14 +67,14 @@ class Push {
     return turns;
   }
 
-  // The distance [m] by which a ball extends towards the fence.
+  // Returns how far a ball extends from the cube's centre towards the fence [m].
   [[nodiscard]] double reach(int i, double turn) const {
     const Eigen::Vector3d& c = centre_[at(i)];
     return cos_lean_ * (c.x() * std::sin(turn) + c.y() * std::cos(turn)) + c.z() * sin_lean_ +
            radius_[at(i)];
   }
 
-  // The position [m] of a ball's contact point along the fence.
+  // Returns the position of a ball's contact point along the fence [m].
   [[nodiscard]] double along(int i, double turn) const {
     const Eigen::Vector3d& c = centre_[at(i)];
     return c.x() * std::cos(turn) - c.y() * std::sin(turn);
@@ -101,8 +102,9 @@ Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
         "cube's centre between them";
     return seat;
   }
-  // Chooses the seat nearest to the fence; among equal distances, the smallest turn; among equal
-  // turns, the first pair. If all three feet touch the fence, all pairs give the same seat.
+  // Chooses the seat nearest to the fence. If distances are equal, the smallest turn decides. If
+  // the turns are equal too, the first pair is taken. If all three feet touch the fence, all pairs
+  // give the same seat.
   const StablePair& best =
       *std::min_element(stable.begin(), stable.end(), [](const StablePair& a, const StablePair& b) {
         return std::abs(a.distance_m - b.distance_m) > touching_fence_m

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The extension axiscal._axiscal. It holds what must be fast or exact; python/axiscal is the
-// interface that users see.
+// The Python extension axiscal._axiscal. It contains the parts that must be fast or exact. Users
+// import the package axiscal in python/axiscal instead.
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -56,10 +56,11 @@ namespace {
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Rows = Eigen::Ref<const RowMajor, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>;
 
-// Rows that are copied at a time into the columns that the kernels take; they stay in the cache.
+// Number of rows that are copied to columns at a time. The columns stay in the cache.
 constexpr Eigen::Index rows_at_once = 8192;
 
-// Calls work(first, count) for all rows, in several threads if there are many.
+// Calls work(first, count) for pieces of all rows. If there are many rows, several threads share
+// the pieces.
 template <typename Work>
 void for_each_rows(Eigen::Index rows, const Work& work) {
   const Eigen::Index pieces = (rows + rows_at_once - 1) / rows_at_once;
@@ -80,7 +81,8 @@ void require_columns(const Rows& readings, std::size_t axes) {
   }
 }
 
-// n x 3, or n x m for instruments of one or two axes.
+// Converts readings to the field.
+// @return n x 3; for instruments of one or two axes n x m, with m the number of axes.
 RowMajor apply(const Calibration& calibration,
                const Rows& readings,
                const Rows& temperatures,
@@ -115,7 +117,8 @@ RowMajor apply(const Calibration& calibration,
   return result;
 }
 
-// The values that the kind of instrument derives, n x d, with their names.
+// Returns the names of the values that the kind of instrument derives from the field (d names), and
+// the values of each reading (n x d).
 py::tuple derived(const Calibration& calibration,
                   const Rows& readings,
                   const std::optional<Rows>& up,
@@ -152,7 +155,7 @@ py::tuple derived(const Calibration& calibration,
   return py::make_tuple(names, result);
 }
 
-// Settings of the experiment from the options of `axiscal calibrate`.
+// Makes an experiment from options of `axiscal calibrate`.
 Experiment experiment_of(const std::vector<std::string>& arguments) {
   CLI::App app;
   cli::ExperimentOptions options;
@@ -180,7 +183,7 @@ Calibration calibrate(const Experiment& experiment,
   return calibrate_run(experiment, make_run(columns, readings)).front();
 }
 
-// The array takes the vector over.
+// Moves a vector into an array of NumPy without copying the numbers.
 template <typename Shape>
 py::array_t<double> array_of(std::vector<double>&& values, const Shape& shape) {
   auto* const owned = new std::vector<double>(std::move(values));
@@ -189,9 +192,9 @@ py::array_t<double> array_of(std::vector<double>&& values, const Shape& shape) {
   return py::array_t<double>(shape, owned->data(), owner);
 }
 
-// The columns of a table of any look: arrays of numbers, NaN if a cell is empty; columns of labels
-// and of words are lists of text.
-// @param text  the table's content; else it is read from `path`.
+// Reads a table in any layout. A column of numbers becomes an array with NaN for empty cells. A
+// column of labels or words becomes a list of texts.
+// @param text  content of the table; if it is missing, the file `path` is read.
 py::tuple read_table(const std::string& path, const std::optional<std::string>& text) {
   static const std::set<std::string, std::less<>> labels = {"rest",    "fence",    "serial",
                                                             "surface", "operator", "date"};
@@ -244,8 +247,8 @@ struct CommandResult {
   std::string output, errors;
 };
 
-// A subcommand within this process. Settings such as --quiet and --jobs are the process's, so one
-// runs at a time.
+// Runs a subcommand in this process. Settings such as --quiet and --jobs apply to the whole
+// process, so only one subcommand runs at a time.
 CommandResult run_subcommand(const std::vector<std::string>& arguments, const std::string& input) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
@@ -273,7 +276,7 @@ CommandResult run_subcommand(const std::vector<std::string>& arguments, const st
   return {status, std::move(streams.output), std::move(streams.errors)};
 }
 
-// All series of a recording, in columns.
+// Collects all series of a recording in memory.
 class SeriesCollector : public SeriesSink {
  public:
   void add(const Series& one) override {
@@ -422,7 +425,8 @@ void bind_record(py::module_& module) {
       });
 }
 
-// Exceptions keep the names of C++. `message` names options as the command does.
+// Raises an exception whose class has the same name as in C++. Options are named in the message as
+// in that of the command.
 void raise(const py::object& type, const Error& error) {
   py::object exception = type(cli::with_options(error));
   if (const auto* const rank = dynamic_cast<const RankDeficientError*>(&error)) {

@@ -28,7 +28,7 @@ std::string title_of(const Calibration& calibration) {
                        : " " + calibration.sensor.instrument.serial);
 }
 
-// ---- instrument and run ----
+// ---- Section on the instrument and the run ----
 
 std::string site_text(const Site& site) {
   return formatted("latitude {} deg, longitude {} deg, height {} m",
@@ -88,9 +88,9 @@ std::string run_section(const Calibration& calibration) {
   return html + bullets(notes);
 }
 
-// ---- levelness, uncertainty ----
+// ---- Sections on levelness and uncertainty ----
 
-// Returns the sentences on the field's magnitude and on the confirmation readings.
+// Returns sentences on the magnitude of the field and on the confirmation readings.
 std::string words_on_fit(const Calibration& calibration) {
   std::string html;
   for (const std::string& words :
@@ -142,7 +142,7 @@ std::string levelness_section(const Calibration& calibration,
                                "foot, a wrong face or a moved table.";
   }
   const std::optional<Plot> faces = faces_plot(calibration);
-  // The turns of the adjusters are listed only if the slopes from all faces agree.
+  // The turns of the adjusters are listed only if the slopes measured with all faces agree.
   const bool turns = table && level.consistent &&
                      calibration.findings.status != CalibrationStatus::refused && slope;
   return paragraph(text) + (faces ? figures.add(*faces) : "") +

@@ -33,10 +33,10 @@ std::string block_of(const CertificateParty& party) {
          (party.accreditation.empty() ? "" : "; accreditation " + party.accreditation);
 }
 
-// The name of a parameter in a certificate.
+// Returns the name of a parameter for a certificate.
 std::string words_of_parameter(const std::string& name) {
   const std::vector<std::string_view> parts = split(name, '.');
-  const auto order = [](std::string_view term) {  // "d", "d2"
+  const auto order = [](std::string_view term) {  // for example "d" or "d2"
     return term == "d" ? std::string("temperature")
                        : formatted("temperature to the power {}", term.substr(1));
   };
@@ -100,7 +100,7 @@ std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibrat
     const std::string& name = intrinsic.names[i];
     const double value = intrinsic.values(static_cast<Eigen::Index>(i));
     if (name.ends_with(".bias")) {
-      continue;  // the table above contains it
+      continue;  // the table above contains the biases
     }
     if (!name.starts_with("angle.")) {
       rows.push_back(
@@ -138,7 +138,8 @@ std::string method_text(const Calibration& calibration) {
                    method_kind(calibration.fit.method).by_turns ? " turns" : " readings");
 }
 
-// The expanded uncertainties of coefficients, sensitivities and angles between axes, by name.
+// Returns the expanded uncertainties of coefficients, sensitivities and angles between axes, with
+// the parameter's name as the key.
 std::map<std::string, double, std::less<>> expanded_uncertainties(const Calibration& calibration) {
   std::map<std::string, double, std::less<>> expanded;
   for (const ParameterUncertainty& one : parameter_uncertainties(calibration)) {
@@ -151,8 +152,8 @@ std::map<std::string, double, std::less<>> expanded_uncertainties(const Calibrat
   return expanded;
 }
 
-// The unit of a limit in a certificate, and the factor that converts the record's unit to it. The
-// unit of angles is degrees.
+// Returns the unit of a limit in a certificate, and the factor from the record's unit to that unit.
+// Angles are in degrees.
 std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
                                              const std::string& name) {
   if (name.starts_with("angle.") || name.starts_with("levelness.")) {
@@ -173,8 +174,8 @@ std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
           1.0};
 }
 
-// One row for each limit: value, U, unit, limits, accepted range (only for a rule with a guard
-// band), verdict.
+// Returns one row of a table for each limit. The columns are: value, U, unit, low limit, high
+// limit, verdict. For a decision rule with a guard band, the accepted range precedes the verdict.
 std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
                                                  const Verdict& verdict) {
   const auto all = expanded_uncertainties(calibration);
@@ -224,7 +225,7 @@ std::string decision_rule_of(const CertificateDetails& details, const Verdict& v
                "its uncertainty is not taken into account.";
 }
 
-// Writes the facts on laboratory, customer, item, method and reference.
+// Writes the facts about laboratory, customer, instrument, method and reference.
 void write_facts(const Calibration& calibration,
                  const CertificateDetails& details,
                  PdfPages& pages) {
@@ -415,7 +416,8 @@ std::vector<std::string> missing_details(const Calibration& calibration,
 #ifdef AXISCAL_CAIRO
 namespace {
 
-// The digital calibration certificate (DCC); empty if it cannot be made for this record or build.
+// Returns the digital calibration certificate (DCC). Its content is empty if this record or this
+// build does not allow one.
 PdfAttachment dcc_of(const Calibration& calibration, const CertificateDetails& details) {
   try {
     return {.name = "certificate-dcc.xml",

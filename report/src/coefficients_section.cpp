@@ -117,7 +117,7 @@ std::string correlation_table(const Calibration& calibration) {
   return html_table("Correlation of the coefficients", head, rows);
 }
 
-// The rotations of the assembly's other instruments relative to this instrument.
+// Returns a table of the rotations of the assembly's other instruments relative to this instrument.
 std::string alignments_table(const Calibration& calibration) {
   std::vector<std::vector<Cell>> rows;
   for (const SlotAlignment& other : calibration.fit.slot_alignments) {

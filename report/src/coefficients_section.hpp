@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report's sections on the coefficients: as a matrix, and in other common forms.
+// Sections of a report: the coefficients as a matrix, and the coefficients in other common forms.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace axiscal {
 
-/// A table with one row per axis: bias and sensitivities with their expanded uncertainties.
+/// @return a table with one row per axis: bias and sensitivities with their expanded uncertainties.
 std::string coefficients_matrix(const Calibration& calibration);
 
-/// Tables of all parameters with u, U and degrees of freedom, of the parameters independent of the
-/// mounting, of the polar form, of the alignments and of the correlations.
+/// @return the other tables: all parameters with u, U and degrees of freedom; the parameters that
+///         do not depend on the mounting; the polar form; the alignments; the correlations.
 std::string more_coefficients(const Calibration& calibration);
 
 }  // namespace axiscal

@@ -151,8 +151,8 @@ std::string capability_section(const Fleet& fleet, const std::vector<Capability>
   return html;
 }
 
-// Returns control charts of the coefficients: the units in the order of their dates, the mean and
-// the control limits.
+// Returns a control chart for each coefficient. It shows the units in the order of their dates, the
+// mean and the control limits.
 std::vector<Plot> charts_by_time(const Fleet& fleet,
                                  const FleetUnits& units,
                                  const std::vector<Capability>& capabilities) {

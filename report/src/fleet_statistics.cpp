@@ -35,7 +35,7 @@ double sum_of_squares(const std::vector<double>& values) {
   return sum;
 }
 
-// Returns, for each batch, the last tests of its units that have a value of the parameter.
+// Returns for each batch the last test of each unit, if that test has a value of the parameter.
 std::map<std::string, std::vector<const FleetTest*>> batches_of(const FleetUnits& units,
                                                                 std::size_t parameter) {
   std::map<std::string, std::vector<const FleetTest*>> batches;
@@ -60,7 +60,8 @@ std::vector<double> values_of(const std::vector<const FleetTest*>& tests, std::s
 // Returns the standard deviation of values, estimated from the mean absolute difference of
 // neighbouring values. A slow drift therefore hardly changes it.
 double sd_of_moving_ranges(const std::vector<double>& values) {
-  // Mean |difference| of two values with a normal distribution, divided by its standard deviation.
+  // Ratio of the mean |difference| of two normally distributed values to the standard deviation of
+  // one.
   constexpr double range_per_sd = 1.128379;
   double sum = 0.0;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -102,7 +103,7 @@ struct Spread {
 };
 
 Spread spread_of(const std::vector<double>& values) {
-  // Standard deviation of a normal distribution, divided by its median absolute deviation.
+  // Ratio of the standard deviation to the median absolute deviation, for a normal distribution.
   constexpr double sd_per_deviation = 1.482602;
   Spread spread{.median = upper_median(values)};
   std::vector<double> deviations;
@@ -232,8 +233,8 @@ std::vector<FleetOutlier> outliers_of(const Fleet& fleet, const FleetUnits& unit
     }
     for (const std::vector<const FleetTest*>& batch : all) {
       const Spread spread = spread_of(values_of(batch, parameter));
-      // The median absolute deviation of n values is as uncertain as the standard deviation of
-      // 0.37 n values, so the degrees of freedom are reduced by this factor.
+      // The median absolute deviation of n values has the same uncertainty as the standard
+      // deviation of 0.37 n values. The degrees of freedom are reduced by this factor.
       constexpr double efficiency = 0.37;
       const double threshold = student_t_factor(
           1.0 - level / tests, std::max(2.0, efficiency * static_cast<double>(batch.size())));

@@ -79,12 +79,12 @@ Cell number_cell(double value, int digits) {
 
 namespace {
 
-// A number as text. `before` and `behind` are the numbers of characters before and after the
-// decimal point.
+// A number as text. `before` is the number of characters before the decimal point. `behind` is the
+// number of characters from the decimal point to the end.
 struct Figure {
   std::string text;
   std::size_t before = 0;
-  std::size_t behind = 0;  // includes the point
+  std::size_t behind = 0;  // includes the decimal point
 };
 
 Figure figure_of(const std::string& plain) {
@@ -92,8 +92,8 @@ Figure figure_of(const std::string& plain) {
   return {typographic_minus(plain), point, plain.size() - point};
 }
 
-// Returns `count` blanks as wide as digits. If `with_point` is true, the first blank is as wide as
-// a decimal point.
+// Returns `count` blanks with the width of a digit. If `with_point` is true, the first blank has
+// the width of a decimal point.
 std::string blanks(std::size_t count, bool with_point) {
   std::string text;
   for (std::size_t i = 0; i < count; ++i) {
@@ -147,7 +147,7 @@ namespace {
 std::string table_of(std::string_view caption,
                      const std::vector<std::string>& head,
                      std::span<const std::string> rows) {
-  constexpr std::size_t columns_of_page = 10;  // wider tables are printed in smaller letters
+  constexpr std::size_t columns_of_page = 10;  // wider tables get a smaller font in print
   std::string html =
       head.size() > columns_of_page ? "<table class=\"wide\" data-copy>" : "<table data-copy>";
   if (!caption.empty()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building blocks of HTML pages. Only these functions escape text from outside.
+// Building blocks of HTML pages. These functions escape all text that comes from files or users.
 #pragma once
 
 #include <string>
@@ -9,24 +9,23 @@
 
 namespace axiscal {
 
-/// @return text escaped for HTML. It cannot contain tags, entities or the end of an attribute.
+/// @return text escaped for HTML. It cannot open tags or entities, or end an attribute's value.
 std::string escaped(std::string_view text);
 
-/// @return text as a quoted string for a style sheet. It cannot end the string or the style
-///         element.
+/// @return text as a quoted string for CSS. It cannot end the string or the style element.
 std::string css_string(std::string_view text);
 
-/// @return text with a minus sign instead of the hyphen before each number.
+/// @return text in which the hyphen before each number is replaced by a minus sign.
 std::string typographic_minus(std::string text);
 
-/// @return the name of a face with a minus sign instead of a hyphen.
+/// @return the name of a face with its hyphen replaced by a minus sign.
 std::string typographic_face(std::string_view name);
 
 /// @return a coordinate of a drawing, rounded to 0.1.
 std::string svg_number(double value);
 
-/// A cell of a table: the displayed text, and the value for copying. If `value` is empty, the text
-/// is copied.
+/// A cell of a table. `text` is displayed. `value` is copied to the clipboard; if it is empty,
+/// `text` is copied.
 struct Cell {
   std::string text;
   std::string value;
@@ -35,15 +34,15 @@ struct Cell {
 /// @return a cell with the value rounded by its uncertainty; Cell::value has all digits.
 [[nodiscard]] Cell rounded_cell(double value, double uncertainty);
 
-/// @return a cell with a number rounded to `digits` digits; Cell::value has all digits. The text is
-///         a dash for NaN.
+/// @return a cell with a number rounded to `digits` significant digits. Cell::value has all digits.
+///         The text is a dash if the number is NaN.
 Cell number_cell(double value, int digits = 5);
 
 /// @return the text of number_cell().
 std::string rounded(double value, int digits = 2);
 
-/// @return the cells of a column of values and uncertainties, such as "0.01196 ± 0.00027". They are
-///         padded so that the decimal points are aligned. A value of NaN is a dash.
+/// @return the cells of a column of values with uncertainties, such as "0.01196 ± 0.00027". The
+///         texts are padded so that the decimal points are aligned. NaN is shown as a dash.
 std::vector<Cell> quantity_cells(const std::vector<std::pair<double, double>>& quantities);
 
 enum class Fold {
@@ -60,22 +59,22 @@ std::string section(const std::string& id,
                     Fold fold = Fold::never);
 std::string paragraph(const std::string& text);
 
-/// A list of at most 100 lines, and the number of lines that are left out.
+/// @return a list of at most 100 lines, followed by the number of lines that are left out.
 std::string bullets(const std::vector<std::string>& lines);
 
-/// A table of names and texts. Rows with an empty text are left out.
+/// @return a table of names and texts. A row with an empty text is left out.
 std::string facts(const std::vector<std::pair<std::string, std::string>>& rows);
 
 /// Largest number of rows in one table. A longer table is split into folded groups of rows.
 inline constexpr std::size_t rows_of_page = 200;
 
-/// A table that the reader can copy. The rows are HTML ("<tr>...").
+/// @return a table that the reader of the page can copy. `rows` is HTML ("<tr>...").
 /// @param caption  may be empty.
 std::string paged_table(std::string_view caption,
                         const std::vector<std::string>& head,
                         const std::vector<std::string>& rows);
 
-/// A table that the reader can copy.
+/// @return a table that the reader of the page can copy.
 /// @param caption  may be empty.
 std::string html_table(std::string_view caption,
                        const std::vector<std::string>& head,

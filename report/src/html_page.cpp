@@ -8,7 +8,8 @@
 namespace axiscal {
 namespace {
 
-// JSON for a script element. `<` is escaped, so that the JSON cannot contain a tag.
+// Returns JSON for a script element. The character `<` is escaped, so that the JSON cannot contain
+// a tag.
 std::string within_script(const nlohmann::ordered_json& json) {
   std::string text = json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {

@@ -10,10 +10,10 @@
 namespace axiscal {
 
 struct HtmlPage {
-  std::string title;                      ///< plain text; also on each printed page
+  std::string title;                      ///< plain text; also printed at the top of each page
   std::string subtitle;                   ///< plain text
   std::string body;                       ///< HTML
-  nlohmann::ordered_json cube = nullptr;  ///< result of cube_json(); null: no cube
+  nlohmann::ordered_json cube = nullptr;  ///< result of cube_json(); null if the page shows no cube
 };
 
 std::string html_page(const HtmlPage& page);

@@ -23,7 +23,7 @@
 namespace axiscal {
 namespace {
 
-// Up to six columns of the same kind and unit. A group has one table and one chart.
+// Up to six columns of the same kind and unit. They share one table and one chart.
 using NoiseGroup = std::vector<const ColumnNoise*>;
 
 std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
@@ -42,8 +42,8 @@ std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
   return groups;
 }
 
-// True for a temperature. Its Allan deviation shows changes of the room's temperature instead of
-// noise.
+// Returns true for a column of temperatures. Their Allan deviation shows the changes of the room's
+// temperature, not noise.
 bool is_temperature(const ColumnNoise& column) {
   const std::string name = to_lower_case(column.name);
   return column.kind == "temperature" || name.find("temp") != std::string::npos ||
@@ -84,8 +84,8 @@ std::string coefficients_of(const NoiseGroup& group) {
       head, rows);
 }
 
-// Marks the points of the curve from which data sheets take the coefficients: N at 1 s, K at 3 s, B
-// at the lowest point.
+// Marks the points of the curve at which data sheets read the coefficients: N at 1 s, K at 3 s, and
+// B at the lowest point.
 void mark_coefficients(const ColumnNoise& column, Plot& plot, PlotSeries& marks) {
   double lowest_tau = 0.0;
   double lowest = 0.0;
@@ -148,7 +148,7 @@ Plot allan_plot(const NoiseGroup& group, std::size_t number) {
     }
     const std::size_t labels = k == 0 ? std::string::npos : plot.labels.size();
     mark_coefficients(*column, plot, marks);
-    plot.labels.resize(std::min(labels, plot.labels.size()));  // only the first axis has labels
+    plot.labels.resize(std::min(labels, plot.labels.size()));  // only the first column is labelled
     bands.push_back(std::move(band));
     points.push_back(std::move(measured));
     fits.push_back(std::move(fitted));

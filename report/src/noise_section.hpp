@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report's section on the noise of an instrument at rest: coefficients in the form of data
-// sheets, and charts of the Allan deviations.
+// The section of a report on the noise of an instrument at rest. It shows the coefficients as data
+// sheets state them, and charts of the Allan deviations.
 #pragma once
 
 #include <string>

@@ -40,7 +40,7 @@ std::string metadata_of(const std::string& title, const std::string& now) {
 std::string archived_pdf(const std::string& pdf,
                          const std::string& title,
                          const PdfAttachment& attachment) {
-  const std::string now = output_timestamp();  // 2026-11-26T02:00:00Z
+  const std::string now = output_timestamp();  // for example 2026-11-26T02:00:00Z
   const std::string date =
       formatted("D:{}{}{}{}{}{}Z", now.substr(0, 4), now.substr(5, 2), now.substr(8, 2),
                 now.substr(11, 2), now.substr(14, 2), now.substr(17, 2));

@@ -93,7 +93,8 @@ class PdfPages::Page {
     return static_cast<double>(extents.width) / PANGO_SCALE;
   }
 
-  // Starts a new page if a block of this height does not fit, and draws the pending heading.
+  // Starts a new page if a block of this height does not fit on this page. Then draws the pending
+  // heading.
   void begin(double height) {
     constexpr double of_heading = 30.0;
     need(height + (heading_.empty() ? 0.0 : of_heading));
@@ -151,8 +152,8 @@ class PdfPages::Page {
     cairo_stroke(pen_);
   }
 
-  // Draws a picture of at most `wide` x `high`. If `to_the_right` is true, its right edge is at x,
-  // otherwise its left edge.
+  // Draws a picture of at most `wide` x `high`. The x coordinate is that of its right edge if
+  // `to_the_right` is true, otherwise that of its left edge.
   // @return the height of the picture.
   double picture(const std::string& path, double x, bool to_the_right, double wide, double high) {
     cairo_surface_t* const image = cairo_image_surface_create_from_png(path.c_str());
@@ -256,7 +257,7 @@ void PdfPages::title(const std::string& text) {
   page_->y_ += 8.0;
 }
 
-// The heading is drawn together with the next block.
+// Stores the heading. It is drawn with the next block, so that both are on the same page.
 void PdfPages::heading(const std::string& text) {
   page_->heading_ = text;
 }
@@ -303,7 +304,7 @@ void PdfPages::table(const std::string& caption,
     return std::accumulate(widths.begin(), widths.end(), -gap);
   };
   double table_width = measure();
-  if (table_width > text_width) {  // a wide table gets smaller letters
+  if (table_width > text_width) {  // the font of a wide table is reduced
     size = std::max(5.0, size * (text_width / table_width));
     table_width = measure();
   }

@@ -20,20 +20,20 @@ struct PdfFrame {
 /// Writes a document from top to bottom, and starts a new page if a page is full.
 class PdfPages {
  public:
-  /// @param pages  the number of pages, as counted by a first pass; 0 in the first pass.
+  /// @param pages  the number of pages, known from a first pass; 0 in that pass.
   PdfPages(const PdfFrame& frame, int pages);
   ~PdfPages();
   PdfPages(const PdfPages&) = delete;
   PdfPages& operator=(const PdfPages&) = delete;
 
-  /// Draws PNG files side by side: the first at the left, the last at the right.
+  /// Draws PNG files side by side, the first at the left margin and the last at the right margin.
   /// @throws DataError  if a file is not a picture.
   void pictures(const std::vector<std::string>& paths);
   void title(const std::string& text);
   /// Sets a heading, which will be on the same page as the next block.
   void heading(const std::string& text);
   void paragraph(const std::string& text);
-  /// Writes names at the left and their texts at the right.
+  /// Writes a table of two columns: names at the left, texts at the right.
   void facts(const std::vector<std::pair<std::string, std::string>>& rows);
   /// Writes a table. The first column is aligned to the left, the others to the right. A table that
   /// fits on a page is not split. A longer table repeats its head on each page.
@@ -54,7 +54,8 @@ class PdfPages {
   std::unique_ptr<Page> page_;
 };
 
-/// @return a document. `write` is called twice, because the first pass counts the pages.
+/// @return the document that `write` writes. `write` is called twice: the first pass counts the
+///         pages.
 std::string pdf_of(const PdfFrame& frame, const std::function<void(PdfPages&)>& write);
 
 }  // namespace axiscal

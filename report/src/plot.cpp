@@ -42,7 +42,8 @@ struct Range {
       low = 0.0;
       high = 1.0;
     }
-    // Values that differ only by rounding are drawn as equal: a double has no ticks between them.
+    // A range of values that differ only by rounding is too small for ticks, so it is widened as
+    // for equal values.
     const double size = std::max(std::abs(low), std::abs(high));
     const bool is_constant = high - low <= 1e-12 * size;
     const double room = is_constant ? std::max(1e-12, 0.1 * size) : share * (high - low);
@@ -51,7 +52,7 @@ struct Range {
   }
 };
 
-// Positions of ticks: multiples of 1, 2 or 5 times a power of ten.
+// Returns the positions of ticks. Their distance is 1, 2 or 5 times a power of ten.
 std::vector<double> ticks_of(const Range& range, int about) {
   const double raw = (range.high - range.low) / about;
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -93,8 +94,8 @@ std::string upright(double x, double y, const std::string& text) {
 struct MarkContent {
   std::string attributes, title;
 };
-// Draws a circle, square, triangle or diamond, so that series differ not only by colour.
-// @param size  1 for a radius of 4 units of the drawing.
+// Draws a circle, square, triangle or diamond, so that series differ by more than their colours.
+// @param size  scale of the marker; 1 is a radius of 4 units of the drawing.
 std::string marker(
     std::size_t series, double x, double y, double size, const MarkContent& content) {
   const std::string start = formatted("class=\"mark s{}\"{}", series % 6, content.attributes);
@@ -123,7 +124,7 @@ std::string title_of(const std::string& words) {
   return formatted("<title>{}</title>", escaped(words));
 }
 
-// Returns the run of a point as an attribute, and the tooltip of the point.
+// Returns the attribute with the run number of a point, and the point's tooltip.
 MarkContent content_of(const Plot& plot, const PlotSeries& series, std::size_t i) {
   MarkContent content;
   std::string words = series.name + ": ";
@@ -186,8 +187,8 @@ class Scales {
       svg += svg_line("grid", x(mark), frame_.top, x(mark), frame_.bottom);
       const std::string text =
           plot.x_names.empty() ? tick_text(mark) : plot.x_names[static_cast<std::size_t>(mark)];
-      // A letter of size 12 is about 6.4 units wide. A long text at the right end is moved to the
-      // left, so that it is not cut off.
+      // A letter at font size 12 is about 6.4 units wide. A long text near the right edge is moved
+      // to the left, so that it is not cut off.
       const double half = 3.2 * static_cast<double>(text.size());
       svg += svg_text("tick middle", std::min(x(mark), frame_.width - half), frame_.bottom + 17.0,
                       text);
@@ -205,8 +206,8 @@ class Scales {
     return logarithmic_ ? std::log10(value) : value;
   }
 
-  // Positions of ticks. A logarithmic axis has ticks at powers of ten. If it has less than two
-  // decades, it also has ticks at 2 and 5 times the powers of ten.
+  // Returns the positions of ticks. On a logarithmic axis they are powers of ten. If the axis
+  // covers less than two decades, 2 and 5 times a power of ten are added.
   [[nodiscard]] std::vector<double> marks_of(const Range& range, int about) const {
     if (!logarithmic_) {
       return ticks_of(range, about);
@@ -258,7 +259,7 @@ std::string drawn(const Plot& plot, const PlotSeries& series, std::size_t k, con
     for (std::size_t i = 0; i < series.x.size(); ++i) {
       if (std::isfinite(series.y[i])) {
         points += formatted("{},{} ", svg_number(at.x(series.x[i])), svg_number(at.y(series.y[i])));
-      } else {  // a gap in the line
+      } else {  // NaN ends the line; a new line begins after it
         points += "\"/>" + open;
       }
     }
@@ -276,7 +277,7 @@ std::string drawn(const Plot& plot, const PlotSeries& series, std::size_t k, con
 
 struct LegendEntry {
   std::string name;
-  std::string sign;  // SVG in a box of 12 x 12
+  std::string sign;  // SVG of the marker, in a box of 12 x 12
 };
 
 std::string legend(const std::vector<LegendEntry>& entries) {
@@ -318,7 +319,7 @@ void keep(const PlotSeries& series, std::size_t i, PlotSeries& kept) {
   }
 }
 
-// Keeps each `step`-th point of each series, so that a cloud of points keeps its shape.
+// Keeps every `step`-th point of each series of points. The cloud of points keeps its shape.
 Plot thinned_cloud(Plot plot, std::size_t step) {
   for (PlotSeries& series : plot.series) {
     if (series.line || series.x.size() <= step) {
@@ -507,7 +508,7 @@ std::string Figures::add(const HeatMap& map) {
   }
   const double low = range.low;
   const double high = range.high;
-  // Returns the opacity of a cell, from 6 % to 100 %, so that the map is readable without colours.
+  // Returns the opacity of a cell (6 % to 100 %). It makes the map readable without colours.
   const auto shade = [&](double value) {
     const double share = high > low ? (value - low) / (high - low) : 0.0;
     return number_text(std::round(100.0 * (0.06 + 0.94 * share)) / 100.0);

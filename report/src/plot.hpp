@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plots. Each plot is drawn as SVG and written as a table. The screen and the printer show the same
-// drawing.
+// Plots as SVG drawings with data tables. Screen and print show the same drawing.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +12,10 @@ namespace axiscal {
 struct PlotSeries {
   std::string name;
   bool line = false;                 ///< true: a line; false: points
-  std::vector<double> x, y;          ///< points with y = NaN are left out
-  std::vector<double> high;          ///< upper limits of a band from y to high; may be empty
-  std::vector<int> runs;             ///< run of each point; empty if points are not readings
-  std::optional<std::size_t> style;  ///< index of colour and marker; nullopt: index of the series
+  std::vector<double> x, y;          ///< coordinates; a point with y = NaN is not drawn
+  std::vector<double> high;          ///< upper edge of a band whose lower edge is y; empty: no band
+  std::vector<int> runs;             ///< run number of each point; empty for other points
+  std::optional<std::size_t> style;  ///< index of colour and marker; nullopt: the series' own index
   bool in_legend = true;
 };
 
@@ -29,47 +28,48 @@ struct PlotLabel {
 struct Plot {
   std::string id;
   std::string title;
-  std::string alternative;  ///< description of the figure in words
+  std::string alternative;  ///< text alternative: a description of the figure in words
   std::string x_label, y_label;
   std::vector<PlotSeries> series;
-  std::vector<std::string> x_names;  ///< names of x = 0, 1, ..; empty: numbers
+  std::vector<std::string> x_names;  ///< labels for x = 0, 1, ..; empty: x is labelled by numbers
   bool equal_aspect = false;
   bool logarithmic = false;  ///< true: both axes are logarithmic
-  bool narrow = false;       ///< true: narrow, for three plots side by side
+  bool narrow = false;       ///< true: narrow enough for three plots side by side
   std::vector<PlotLabel> labels;
   std::string note;  ///< small text below the plot
 };
 
-/// Bars side by side: one group for each name, one bar in it for each series.
+/// A bar chart. Each name has a group of bars; each series has one bar in the group.
 struct BarPlot {
   std::string id, title, alternative, value_label;
   std::vector<std::string> names;
   std::vector<std::string> series;
-  std::vector<std::vector<double>> values;  ///< one list for each name, one number for each series
+  std::vector<std::vector<double>> values;  ///< one list per name, with one number per series
 };
 
-/// Values over two coordinates, as colours.
+/// A map of a quantity over two coordinates. Colours show the values.
 struct HeatMap {
   std::string id, title, alternative, x_label, y_label, value_label;
   std::vector<double> x, y;                 ///< evenly spaced
-  std::vector<std::vector<double>> values;  ///< one list for each y, one number for each x
+  std::vector<std::vector<double>> values;  ///< one list per y, with one number per x
 };
 
-/// @return the plot with at most some hundred points. If it has more, up to four points of each
-///         part along x are kept, including the lowest and the highest one. If equal_aspect is set,
-///         each n-th point is kept. Plot::note states how many points are drawn.
+/// @return the plot with at most some hundred points. A plot with more points is divided into parts
+///         along x, and up to four points of each part are kept, including the lowest and the
+///         highest. If equal_aspect is set, every n-th point is kept instead. Plot::note states how
+///         many points are drawn.
 [[nodiscard]] Plot thinned(Plot plot);
 
-/// Writes the figures of a page. A figure has a title, a drawing and a data table. Each mark of the
-/// drawing has a tooltip.
+/// Writes the figures of a page. A figure has a title, a drawing and a data table. Each bar, cell
+/// or point of the drawing has a tooltip.
 class Figures {
  public:
-  /// @return the figure, thinned; empty for a plot without points.
+  /// @return the figure of the plot, after thinned(); empty if the plot has no points.
   static std::string add(const Plot& plot);
   static std::string add(const BarPlot& plot);
   static std::string add(const HeatMap& map);
 
-  /// @return several figures side by side.
+  /// @return the figures of several plots, side by side.
   template <typename Plots>
   static std::string add_all(const Plots& plots, const char* style = "plots") {
     std::string html;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// All code that uses qpdf. It is compiled as C++17, because clang 14 rejects the headers of qpdf 11
-// in C++20 (a vector of an incomplete type). It may therefore include only C++17 headers.
+// All code that uses qpdf. Clang 14 rejects the headers of qpdf 11 in C++20 (a vector of an
+// incomplete type), so this file is compiled as C++17. It may include only headers that are valid
+// C++17.
 #include "report/src/qpdf_archive.hpp"
 
 #include <lcms2.h>
 #include <memory>
 #include <string>
-#define POINTERHOLDER_TRANSITION 4  // makes qpdf use std::shared_ptr
+#define POINTERHOLDER_TRANSITION 4  // qpdf then uses std::shared_ptr
 #include <qpdf/Buffer.hh>
 #include <qpdf/QPDF.hh>
 #include <qpdf/QPDFEFStreamObjectHelper.hh>

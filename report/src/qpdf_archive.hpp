@@ -6,15 +6,15 @@
 
 namespace axiscal {
 
-/// The parts of an archive's PDF.
+/// The parts of an archival PDF (PDF/A).
 struct PdfArchiveParts {
   std::string pdf;       ///< a PDF that cairo wrote, with embedded fonts
   std::string metadata;  ///< XMP
-  std::string date;      ///< date of the attachment in PDF's format, "D:20261126020000Z"
+  std::string date;      ///< date of the attachment in the format of PDF: "D:20261126020000Z"
   std::string attachment_name;
   std::string attachment_description;
   std::string attachment_type;
-  std::string attachment_content;  ///< empty: nothing is attached
+  std::string attachment_content;  ///< content of the attachment; empty: no attachment
 };
 
 /// @return the document as PDF/A-3b.

@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Describes a reading in words, for the view of the cube and for screen readers.
+// Describes a reading in words, for the drawing of the cube and for screen readers.
 std::string words_of(const Calibration& calibration, const ReadingResidual& residual) {
   std::string text = formatted("Run {}", residual.run);
   if (residual.point) {
@@ -45,8 +45,8 @@ std::set<int> suspects(const Calibration& calibration) {
   return runs;
 }
 
-// Selects the readings whose poses the cube can show. If there are too many readings, these are
-// the first reading of each pose and the readings that a warning names.
+// Selects the readings whose poses the page can draw. If there are too many readings, it selects
+// the first reading of each pose, and the readings that a warning names.
 std::vector<bool> readings_of_cube(const Calibration& calibration) {
   const std::vector<ReadingResidual>& all = calibration.fit.residuals;
   const bool few = all.size() <= rows_of_page;
@@ -65,8 +65,8 @@ std::vector<bool> readings_of_cube(const Calibration& calibration) {
   return chosen;
 }
 
-// Returns the table row of a reading. In a long table, rows without a button are shortened: they
-// lack attributes and end tags.
+// Returns the table row of a reading. In a long table, a row without a button has no attributes and
+// no end tags, to keep the page small.
 std::string reading_row(const Calibration& calibration,
                         const ReadingResidual& residual,
                         const Observations* observations,
@@ -105,8 +105,8 @@ std::string reading_row(const Calibration& calibration,
   return html + (short_form ? "" : "</td></tr>");
 }
 
-// Returns the indices of the readings by importance: first those that a warning names or the cube
-// shows, then the others in the order of decreasing residuals.
+// Returns the indices of the readings by importance. Readings that a warning names or that the cube
+// shows are first. The others follow in the order of decreasing residuals.
 std::vector<std::size_t> by_importance(const Calibration& calibration,
                                        const std::set<int>& named,
                                        const std::vector<bool>& in_cube) {
@@ -213,7 +213,7 @@ Json cube_json(const Calibration& calibration) {
 
 namespace {
 
-// The explanation of the blue arrow next to the cube.
+// Returns the text that explains the blue arrow beside the cube.
 std::string words_of_arrow(const Calibration& calibration) {
   const FieldDescription& field = calibration.sensor.field;
   if (!field.in_table) {

@@ -10,12 +10,14 @@
 
 namespace axiscal {
 
-/// The report's section with the readings and the poses of the cube.
-/// @param observations  the readings; if null, only the residuals in the record are shown.
+/// Returns the section of a report with the readings and the poses of the cube.
+/// @param observations  observations of the calibration; if null, the section shows only the
+///                      residuals in the record.
 [[nodiscard]] std::string cube_section(const Calibration& calibration,
                                        const Observations* observations);
 
-/// The poses of the readings and the direction of the field, for the script that turns the cube.
+/// Returns the poses of the readings and the direction of the field, for the script that draws the
+/// cube.
 [[nodiscard]] nlohmann::ordered_json cube_json(const Calibration& calibration);
 
 }  // namespace axiscal

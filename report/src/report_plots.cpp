@@ -46,8 +46,8 @@ namespace {
 
 constexpr double milli = 1e3;
 
-// Returns the points and lines of a plot of slopes: the slope of the table from each face, the mean
-// of these slopes, and the 95 % ellipse of the mean [mrad].
+// Returns the points and lines of a plot of the table's slope [mrad]: the slope measured with each
+// face, the mean of these slopes, and the 95 % ellipse of the mean.
 std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
   PlotSeries estimates{.name = "one face"};
   for (const LevelnessEstimate& estimate : level.estimates) {
@@ -58,8 +58,9 @@ std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
       std::move(estimates),
       {.name = "mean", .x = {milli * level.mean_x}, .y = {milli * level.mean_y}}};
   if (std::isfinite(level.standard_error_x) && level.degrees_of_freedom >= 1.0) {
-    // Hotelling's joint 95 % ellipse of both coordinates. Its half axes are k standard errors with
-    // k^2 = 2 F(0.95; 2, dof), where F is the quantile of the F distribution, in closed form.
+    // Joint 95 % confidence ellipse of x and y (Hotelling). Its half axes are k standard errors
+    // with k^2 = 2 F(0.95; 2, dof). For two dimensions, this quantile of the F distribution has the
+    // closed form below.
     const double dof = level.degrees_of_freedom;
     const double k = std::sqrt(dof * (std::pow(0.05, -2.0 / dof) - 1.0));
     PlotSeries ellipse{.name = "95 % ellipse of the mean", .line = true};
@@ -157,7 +158,7 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
       plot.values.push_back(quantity.uncertainty.by_source);
     }
   }
-  // With a single source there is nothing to compare, and the plot is left out.
+  // A budget with one source has nothing to compare, so it gets no plot.
   return plot.names.empty() || plot.series.size() < 2 ? std::nullopt : std::optional(plot);
 }
 
@@ -219,7 +220,7 @@ std::vector<HeatMap> maps_of(const Calibration& calibration) {
   return {map};
 }
 
-// True if all values are nearly equal, so that a map is not needed.
+// Returns true if all values of a map are nearly equal, so that the map is not needed.
 bool is_flat(const HeatMap& map) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
@@ -294,7 +295,8 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         if (!calibration.fit.statistics || extrapolated) {
           continue;
         }
-        // Derivative of the curve at this temperature with respect to its coefficients.
+        // Derivatives of the curve at this temperature with respect to the temperature
+        // coefficients.
         Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(
             static_cast<Eigen::Index>(calibration.fit.statistics->parameter_names.size()));
         double power = 1.0;
@@ -317,7 +319,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         plot.series.push_back(std::move(band));
       }
       plot.series.push_back(std::move(within));
-      // Interrupts the line of the extrapolation within the calibrated range.
+      // Adds a gap within the calibrated range to the line of the extrapolation.
       const auto gap =
           std::find_if(below.x.begin(), below.x.end(), [&](double t) { return t > span.high; });
       const auto cut = gap - below.x.begin();
@@ -374,7 +376,7 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
 }
 
 std::vector<Plot> history_plots(const UnitHistory& unit) {
-  std::vector<Plot> plots;  // one for each axis
+  std::vector<Plot> plots;  // one plot for each axis
   for (const ParameterTrend& trend : unit.trends) {
     PlotSeries series{.name = trend.parameter};
     for (std::size_t i = 0; i < trend.values.size(); ++i) {

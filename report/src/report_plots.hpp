@@ -15,29 +15,29 @@ inline const std::string& axis_name(const Calibration& calibration, Eigen::Index
   return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
 }
 
-/// Plots of the residuals by run, face, time and temperature, a normal plot of the residuals, and a
-/// plot of the residuals over leverage. A plot that shows nothing new for this run is left out.
+/// Plots of the residuals by run, face, time and temperature, a normal plot, and a plot of the
+/// residuals against leverage. A plot is left out if it would add no information for this run.
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations);
 
-/// The slope of the table, drawn as a line from the point of a level table; nullopt if the record
-/// has no levelness.
+/// Plot of the table's slope as a line from the origin, which is the slope of a level table. The
+/// result is nullopt if the record has no levelness.
 std::optional<Plot> slope_plot(const Calibration& calibration);
 
-/// The table's slope estimated from each face; nullopt if there are fewer than two faces.
+/// Plot of the table's slope, estimated from each face; nullopt for fewer than two faces.
 std::optional<Plot> faces_plot(const Calibration& calibration);
 
-/// The contribution of each source to the uncertainty of one reading.
+/// Plot of the contribution of each source to the uncertainty of one reading.
 std::optional<BarPlot> budget_plot(const Calibration& calibration);
 
-/// Maps of the expanded uncertainty over attitudes. A map without variation is left out.
+/// Maps of the expanded uncertainty over all attitudes. A map of nearly equal values is left out.
 std::vector<HeatMap> uncertainty_maps(const Calibration& calibration);
 
 std::vector<Plot> temperature_plots(const Calibration& calibration);
 
-/// The calibrated magnitudes; nullopt unless the method is magnitude.
+/// Plot of the calibrated magnitudes; nullopt unless the calibration has the method magnitude.
 std::optional<Plot> magnitude_plot(const Calibration& calibration);
 
-/// Attitude errors after the turns of a gyroscope.
+/// Plots of the attitude errors after the turns of a gyroscope.
 std::vector<Plot> turn_plots(const Calibration& calibration);
 
 std::vector<Plot> history_plots(const UnitHistory& unit);

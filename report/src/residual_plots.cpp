@@ -12,8 +12,9 @@
 namespace axiscal {
 namespace {
 
-// Returns one series of points for each axis. Readings for which `x_of` returns nullopt are left
-// out.
+// Returns one series of points for each axis.
+// @param x_of  function that returns the abscissa of a reading; the reading is left out if it
+//              returns nullopt.
 template <typename XOf>
 std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf& x_of) {
   std::vector<PlotSeries> all;
@@ -32,7 +33,7 @@ std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf
   return all;
 }
 
-// True if the points differ in x. A plot of points with equal x is left out.
+// Returns true if the points differ in x. Otherwise the plot is left out.
 bool differ_along_x(const std::vector<PlotSeries>& series) {
   return std::any_of(series.begin(), series.end(), [](const PlotSeries& one) {
     const auto [low, high] = std::minmax_element(one.x.begin(), one.x.end());
@@ -42,8 +43,8 @@ bool differ_along_x(const std::vector<PlotSeries>& series) {
   });
 }
 
-// True if there are breaks between the readings. Without breaks, a plot over time shows the same as
-// the plot over runs.
+// Returns true if there are breaks between the readings. Without breaks, a plot against time shows
+// the same as the plot against the run number.
 bool have_breaks(std::vector<double> times) {
   std::sort(times.begin(), times.end());
   std::vector<double> steps;
@@ -92,7 +93,7 @@ void sort_by_y(PlotSeries& series) {
   }
 }
 
-// Plots the sorted residuals over the normal quantiles at Blom's plotting positions.
+// Plots the sorted residuals against the normal quantiles at Blom's plotting positions.
 Plot normal_plot(const Calibration& calibration) {
   Plot plot{.id = "residuals-normal",
             .title = "Normal plot of the residuals",
@@ -140,7 +141,8 @@ Plot leverage_plot(const Calibration& calibration) {
             .y_label = "studentised residual"};
   const FitStatistics& statistics = *calibration.fit.statistics;
   double largest = 0.0;
-  double in_sight = 0.0;  // limit of the curves: three times the largest residual
+  double in_sight = 0.0;  // limit up to which the curves are drawn: three times the largest
+                          // residual
   for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
     PlotSeries series{.name = axis_name(calibration, k)};
     for (Eigen::Index i = 0; i < statistics.studentized.rows(); ++i) {
@@ -165,9 +167,9 @@ Plot leverage_plot(const Calibration& calibration) {
         const double h = largest * (0.3 + 0.75 * i / 40.0);
         if (h > 0.0 && h < 1.0) {
           curve.x.push_back(h);
-          // Cook's distance is a function of the internally studentised residual r, and r^2 < nu.
-          // The plot shows the externally studentised residual t. The curve is therefore converted
-          // by t^2 = r^2 (nu - 1) / (nu - r^2).
+          // The curve is a contour of Cook's distance, which depends on the internally studentised
+          // residual r. The plot shows the externally studentised residual t, so r is converted by
+          // t^2 = r^2 (nu - 1) / (nu - r^2), which requires r^2 < nu.
           const double r_squared = distance * parameters * (1.0 - h) / h;
           const double t =
               r_squared < nu ? std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared)) : std::nan("");
@@ -236,8 +238,8 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
       }));
   const FitStatistics* const statistics =
       calibration.fit.statistics ? &*calibration.fit.statistics : nullptr;
-  // With fewer than four degrees of freedom, the constraints of the fit determine the residuals
-  // more than the noise does, and a studentised residual can have any value.
+  // With fewer than four degrees of freedom, the residuals are determined more by the constraints
+  // of the fit than by the noise. A studentised residual can then have any value.
   constexpr double fewest = 4.0;
   if (statistics == nullptr || statistics->degrees_of_freedom.minCoeff() >= fewest) {
     plots.push_back(normal_plot(calibration));

@@ -14,8 +14,8 @@
 namespace axiscal {
 namespace {
 
-// A point of the drawing. The view is from the front, right and above. The cube extends from -1 to
-// 1 in the table's frame.
+// A point of the drawing, seen from the front, the right and above. In the table's frame, the cube
+// extends from -1 to 1 along each axis.
 struct Spot {
   double x;
   double y;
@@ -47,7 +47,7 @@ std::string label(const std::string& style, const Spot& at, const std::string& t
                    svg_number(at.y), text);
 }
 
-// Returns the name of the face that points in a direction, frame table.
+// Returns the name of the face whose normal points in a direction of the table's frame.
 std::string name_towards(const DesignPoint& point, const Eigen::Vector3d& direction_in_table) {
   return typographic_face(face_name(face_towards(point, direction_in_table)));
 }
@@ -87,7 +87,7 @@ std::string seat_svg(const DesignPoint& point) {
 
 namespace {
 
-// An input field. In print it is a line to write on.
+// Returns an input field, which is a line to write on in print.
 std::string field(const std::string& name,
                   const std::string& label,
                   const std::string& value,
@@ -127,8 +127,8 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
     return row.entry.level != FieldLevel(1.0);
   });
   const RunSheetCells cells = run_sheet_cells(sheet);
-  // Hash of the points in their order. The script uses it as the key under which it stores typed
-  // values.
+  // Hash of the points in their order. The script uses this hash as the key under which the browser
+  // stores typed values.
   std::size_t order = 0;
   for (const std::vector<std::string>& row : cells.rows) {
     order = 31 * order + std::hash<std::string>()(joined(row, ","));

@@ -26,14 +26,13 @@
 namespace axiscal {
 namespace {
 
-// ---- measured against expected ----
+// ---- Figure: measured against expected values ----
 
-// Returns the reading that the fit predicts; nullopt if the record alone does not determine it.
+// Returns the reading that the fit predicts; nullopt if the prediction needs more than the record.
 std::optional<Eigen::VectorXd> expected_at(const Calibration& calibration,
                                            const ReadingResidual& residual) {
   const FieldDescription& field = calibration.sensor.field;
-  // The record determines the prediction only in this simple case. In other cases the report needs
-  // the readings.
+  // In all but this simple case, a prediction needs the observations, which are not in the record.
   if (!residual.point || !field.in_table || residual.level || !calibration.sensor.also.empty() ||
       calibration.sensor.temperature || !calibration.provenance.positioner.empty() ||
       !calibration.provenance.slot.empty()) {
@@ -98,9 +97,9 @@ std::optional<Plot> measured_plot(const Calibration& calibration,
   return plot;
 }
 
-// ---- the axes in space ----
+// ---- Figure: the axes in space ----
 
-// A point of the drawing. The view is from the front, right and above; x is to the right, z is up.
+// A point of the drawing, seen from the front, the right and above. x is to the right, z is up.
 struct Seen {
   double x;
   double y;
@@ -112,7 +111,8 @@ Seen in_view(const Eigen::Vector3d& v) {
           196.0 - unit * (v.z() + 0.42 * v.y() - 0.2 * v.x())};
 }
 
-// Returns a round factor (1, 2 or 5 times a power of ten) that makes small angles visible.
+// Returns the factor by which small angles are enlarged to be visible: 1, 2 or 5 times a power of
+// ten.
 double exaggeration_of(double largest_rad) {
   constexpr double wanted_rad = 0.3;
   if (!(largest_rad > 0.0) || largest_rad >= wanted_rad) {
@@ -200,13 +200,13 @@ std::string axes_figure(const Calibration& calibration) {
       html_table("", {"axis", "x", "y", "z", "angle to nominal axis [deg]"}, rows));
 }
 
-// ---- the cloud before and after ----
+// ---- Figure: the cloud of readings before and after the calibration ----
 
-// The readings before the calibration, scaled to the unit of the field, and after it.
+// The readings before the calibration, scaled to the field's unit, and after the calibration.
 struct Cloud {
   Eigen::MatrixXd before;  // n x 3 [field unit]
   Eigen::MatrixXd after;
-  Eigen::Vector3d moved = Eigen::Vector3d::Zero();  // subtracted from `before`, to fit the plot
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();  // vector subtracted from `before`
 };
 
 Cloud cloud_of(const Calibration& calibration, const Observations& observations) {
@@ -232,9 +232,9 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   return cloud;
 }
 
-// Returns the remaining bias of the calibrated readings, divided by the field magnitude F. The
-// sphere of directions is divided into regions of equal area. Each region with readings has the
-// same weight, whatever its number of readings.
+// Returns the remaining bias of the calibrated readings, divided by the field's magnitude. The
+// sphere of directions is divided into regions of equal area. Every region with readings has the
+// same weight, so that frequent directions do not dominate.
 double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
   constexpr int bands = 8;
   constexpr int sectors = 12;
@@ -251,9 +251,9 @@ double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
     sum += f - magnitude * direction;
     ++count;
   }
-  // A remaining bias moves all readings by the same vector. In each region, the mean deviation from
-  // the sphere is the component of this vector along the direction of the region. The vector
-  // follows from all regions by least squares.
+  // A remaining bias shifts all readings by the same vector. In each region, the mean deviation of
+  // the magnitude is the component of this vector along the region's direction. A least-squares fit
+  // over all regions gives the vector.
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const auto& [region, sums] : regions) {
@@ -306,7 +306,7 @@ std::string percent(double share) {
   return formatted("{} %", rounded(100.0 * share));
 }
 
-// The four figures that compass calibration programs usually state.
+// Returns the numbers that compass calibration programs usually state.
 std::string plain_numbers(const OrientationQuality& quality,
                           const Calibration& calibration,
                           const Cloud* cloud) {

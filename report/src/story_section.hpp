@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report's overview of a run. It shows measured against expected values, the axes in space, and
-// the slope of the table. If the orientations are unknown, it shows the cloud of readings before
-// and after the calibration instead.
+// The overview of a run in a report. It shows the measured against the expected values, the axes in
+// space, and the slope of the table. If the orientations are unknown, it shows the cloud of
+// readings before and after the calibration instead.
 #pragma once
 
 #include <string>
@@ -12,8 +12,9 @@
 
 namespace axiscal {
 
-/// @param observations  the readings; may be null. Measured values are then computed from the fit
-///                      and its residuals, and the cloud is left out.
+/// @param observations  observations of the calibration; may be null. If it is null, the measured
+///                      values are computed from the fit and its residuals, and the cloud is left
+///                      out.
 std::string story_section(const Calibration& calibration,
                           const Observations* observations,
                           Figures& figures);

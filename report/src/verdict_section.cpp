@@ -37,8 +37,8 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
       calibration.sensor.temperature ? ". This applies at the reference temperature." : ".");
 }
 
-// Returns the warnings of a calibration, and the conditions under which it is valid.
-// @param said  a warning that the page shows already; it is left out.
+// Returns the warnings of a calibration, and the conditions under which the calibration is valid.
+// @param said  text of a warning that is already on the page; it is left out.
 std::vector<std::string> what_to_watch(const Calibration& calibration, const std::string& said) {
   std::vector<std::string> lines;
   for (const CalibrationWarning& warning : calibration.findings.warnings) {
@@ -85,7 +85,7 @@ std::string limits_table(const Verdict& verdict) {
                     {"limit", "value", "u", "low", "high", "verdict"}, rows);
 }
 
-// ---- the stated and the probable pose ----
+// ---- Comparison of the stated pose with the probable pose ----
 
 const ReadingResidual* residual_of(const Calibration& calibration, int run) {
   const auto at = std::find_if(calibration.fit.residuals.begin(), calibration.fit.residuals.end(),
@@ -93,11 +93,13 @@ const ReadingResidual* residual_of(const Calibration& calibration, int run) {
   return at == calibration.fit.residuals.end() ? nullptr : &*at;
 }
 
-// Returns each suspect run with the point at which it was probably taken.
+// Returns the runs of the suspect readings. Each run has the design point at which it was probably
+// taken.
 std::vector<std::pair<int, DesignPoint>> probable_points(const Calibration& calibration) {
   const Correction& suggestion = *calibration.findings.suggestion;
   std::vector<std::pair<int, DesignPoint>> points = suggestion.points;
-  // If two readings were exchanged, each was probably taken at the stated point of the other.
+  // If two readings were exchanged, each was probably taken at the design point stated for the
+  // other.
   if (points.empty() && suggestion.code == WarningCode::exchanged && suggestion.runs.size() == 2) {
     for (const std::size_t i : {0U, 1U}) {
       const ReadingResidual* const other = residual_of(calibration, suggestion.runs[1 - i]);
@@ -114,7 +116,7 @@ std::string pose_words(const DesignPoint& point) {
                    typographic_face(face_name(point.fence())));
 }
 
-// The probable values of wrong readings.
+// Returns a table of the probable values of wrong readings.
 std::string values_table(const Calibration& calibration) {
   const Correction& suggestion = *calibration.findings.suggestion;
   std::vector<std::vector<Cell>> rows;
@@ -160,7 +162,8 @@ std::string as_it_probably_was(const Calibration& calibration) {
 }  // namespace
 
 std::string verdict_section(const Calibration& calibration) {
-  // The state determines the colour of the verdict. Missing statistics and missed limits change it.
+  // The state determines the colour of the verdict. Missing statistics and limits that are not met
+  // change the state.
   std::string state(status_name(calibration.findings.status));
   if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report's section on the verdict. For a refused run, it shows the probable poses or values of
-// wrong readings.
+// The section of a report on the verdict. For a refused run, it shows the probable pose or value of
+// each wrong reading.
 #pragma once
 
 #include <string>

@@ -35,7 +35,7 @@ class SqlRow {
 };
 
 /// A connection to a database. Statements use only SQL that both SQLite and PostgreSQL accept. The
-/// placeholders $1, $2, .. stand for the values; they first appear in ascending order.
+/// placeholders $1, $2, .. stand for the values; in a statement, $1 first appears before $2.
 class Database {
  public:
   using Take = std::function<void(const SqlRow&)>;
@@ -45,12 +45,13 @@ class Database {
     const char* number_of_row;  ///< type of a key column whose values the database generates
     const char* bytes;          ///< type of a column with binary data
     const char* begin;          ///< statement that begins a transaction for writing
-    /// Statement in a transaction that stops other processes from making the schema; may be empty.
+    /// Statement that prevents other processes from creating the schema during a transaction; may
+    /// be empty.
     const char* lock_schema;
     const char* has_table;  ///< query that gives a row if the table $1 exists
-    /// For a database without the store's table: gives a row if it has other tables, so that it
-    /// belongs to another program. In PostgreSQL, where a store may lie among other tables, it
-    /// never gives a row.
+    /// Query that gives a row if the database has tables. A database with tables, but without the
+    /// store's table, belongs to another program. In PostgreSQL a store may be among other tables,
+    /// so the query never gives a row there.
     const char* has_tables;
   };
 

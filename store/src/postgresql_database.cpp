@@ -76,7 +76,7 @@ class PostgresqlDatabase final : public Database {
         .has_table =
             "SELECT 1 FROM information_schema.tables WHERE table_schema = "
             "current_schema() AND table_name = $1",
-        .has_tables = "SELECT 1 WHERE false"};  // a store may lie among other tables
+        .has_tables = "SELECT 1 WHERE false"};  // a store may be among other tables
     return postgresql;
   }
 
@@ -87,7 +87,7 @@ class PostgresqlDatabase final : public Database {
     texts.reserve(values.size());
     std::vector<const char*> data;
     std::vector<int> sizes;
-    std::vector<int> forms;  // 0: the value is text; 1: it is binary
+    std::vector<int> forms;  // format of each value: 0 for text, 1 for binary
     for (const SqlValue& value : values) {
       int form = 0;
       std::string_view own;

@@ -11,9 +11,9 @@
 namespace axiscal {
 namespace {
 
-// Returns the statements that update the schema: element i updates version i to version i + 1.
-// Existing stores were made by these statements, so they must not be changed. A new version appends
-// an element.
+// Returns the statements that update the schema: element i updates version i to version i + 1. Do
+// not change these elements, because existing stores were made by them. Append an element for a new
+// version.
 std::vector<std::vector<std::string>> steps(const Database::Dialect& dialect) {
   return {
       {"CREATE TABLE axiscal_store (version INTEGER NOT NULL)",

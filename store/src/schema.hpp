@@ -10,7 +10,7 @@ namespace axiscal {
 /// @return the version of the schema after migrate_schema().
 [[nodiscard]] int newest_schema();
 
-/// @return the version of the schema; 0 if the database has no tables.
+/// @return the version of the schema; 0 if the database does not contain a store yet.
 /// @param name  name of the database, for messages.
 /// @throws DataError  if the database belongs to another program.
 [[nodiscard]] int schema_of(Database& database, const std::string& name);

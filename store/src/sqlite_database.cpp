@@ -60,7 +60,7 @@ class SqliteDatabase final : public Database {
     if (status != SQLITE_OK) {
       throw DataError(path, std::string("cannot be opened: ") + sqlite3_errmsg(database));
     }
-    // While another process writes, it has locked the database.
+    // If another process has locked the database for writing, SQLite waits for at most this time.
     constexpr int patience_ms = 60000;
     sqlite3_busy_timeout(database, patience_ms);
     sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);

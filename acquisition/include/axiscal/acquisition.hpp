@@ -33,7 +33,7 @@
 /// @endcode
 ///
 /// Traps:
-/// - A session reports a reading as captured only after the reading is on the disk. If the disk is
-///   full, the session waits, and the program keeps running.
+/// - A session reports a reading as captured only after the reading is stored on the disk. If the
+///   disk is full, the session waits, and the program keeps running.
 /// - The same samples and commands give the same readings. A journal with raw samples can therefore
 ///   be replayed.

@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// Compares the linear propagation with simulated errors. Sorts `errors`.
+// Compares the linear propagation of a quantity with its simulated errors. Sorts `errors`.
 MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& errors) {
   const auto trials = static_cast<Eigen::Index>(errors.size());
   const Eigen::Map<const Eigen::VectorXd> all(errors.data(), trials);
@@ -28,9 +28,9 @@ MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& 
   };
   check.low_95 = quantile(0.025);
   check.high_95 = quantile(0.975);
-  // The largest accepted difference between an end of the simulated interval and -U or +U, as a
-  // fraction of U. The approximation by effective degrees of freedom can cause differences of up to
-  // 5 %.
+  // Largest accepted difference between an end of the simulated interval and -U or +U, as a
+  // fraction of the expanded uncertainty U. The approximation by effective degrees of freedom can
+  // cause differences of up to 5 %.
   constexpr double tolerance = 0.1;
   check.agrees =
       std::abs(check.low_95 + check.linear_expanded) <= tolerance * check.linear_expanded &&
@@ -96,8 +96,8 @@ class AttitudeBudgetMaker {
         continue;
       }
       AttitudeQuantity quantity{.name = names[static_cast<std::size_t>(r)], .value = here(r)};
-      // The gradient has a minus sign, because a larger parameter gives a smaller field for the
-      // same reading.
+      // The sign is negative, because a larger parameter gives a smaller field for the same
+      // reading.
       const bool free_of_magnitude = r >= 3;
       const Eigen::RowVectorXd gradient = -G.row(r) * B;
       std::vector<double> by_source;
@@ -122,10 +122,10 @@ class AttitudeBudgetMaker {
   [[nodiscard]] std::vector<MonteCarloCheck> monte_carlo(int trials, std::uint64_t seed) const;
 
  private:
-  // The errors of each result, one for each trial; empty if the result is NaN.
+  // Returns the simulated errors of each result, one for each trial; empty if the result is NaN.
   [[nodiscard]] std::vector<std::vector<double>> drawn_errors(int trials, std::uint64_t seed) const;
 
-  // Returns options with which all trials give the same kind of angle, either roll or yaw.
+  // Returns options with which all trials give roll, or all give yaw.
   static ReductionOptions one_pair_of_angles(const Calibration& calibration,
                                              ReductionOptions options,
                                              const Eigen::Vector3d& field) {
@@ -148,8 +148,8 @@ class AttitudeBudgetMaker {
     shares.others = std::max(shares.others, 0.0);
   }
 
-  // If the noise is estimated from the scatter of the fit, it has the degrees of freedom of the
-  // fit.
+  // Adds the variances due to the noise of the readings. Noise that is estimated from the scatter
+  // of the fit has the degrees of freedom of the fit.
   void add_readings(const Eigen::VectorXd& by_reading, VarianceShares& shares) const {
     if (noise_.sd) {
       shares.others += by_reading.sum();
@@ -190,9 +190,9 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
       propagation_.change_with_parameters(field_, {.temperature = temperature_});
   const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_).cwiseSqrt();
   const Eigen::Index m = own.size();
-  // Errors from the scatter of the fit have Student's t distribution with the degrees of freedom of
-  // each axis. Errors from a scatter component have Student's t distribution with the degrees of
-  // freedom of the component. All other errors are normal.
+  // Errors due to the scatter of the fit have Student's t distribution with the degrees of freedom
+  // of each axis. Errors due to a scatter component (blocks, seats) have Student's t distribution
+  // with the degrees of freedom of the component. All other errors are normal.
   const Eigen::MatrixXd fit_root = covariance_root(B * propagation_.of_readings_ * B.transpose());
   const Eigen::MatrixXd others_root = covariance_root(B * propagation_.of_inputs_ * B.transpose());
   const Eigen::VectorXd between = propagation_.between_blocks(field_).cwiseSqrt();
@@ -212,9 +212,9 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
     }
     return z;
   };
-  // Draws a factor that turns a normal number into Student's t: sqrt(nu / chi^2). chi^2 is a sum of
-  // squared normal numbers; if nu is not an integer, the last square is multiplied by the
-  // fractional part of nu.
+  // Draws sqrt(nu / chi^2). A normal number times this factor has Student's t distribution. chi^2
+  // is a sum of squared normal numbers. If nu is not an integer, the last square is multiplied by
+  // the fractional part of nu.
   const auto t_factor = [&](double nu) {
     double chi2 = 0.0;
     double left = nu;

@@ -37,7 +37,7 @@ struct Direction {
                                   // parameters, frame sensor
 };
 
-// Reduces readings to directions, with their derivatives and their noise.
+// Converts readings to directions of the field, with their derivatives and noise.
 class Directions {
  public:
   explicit Directions(const Calibration& calibration)
@@ -59,7 +59,7 @@ class Directions {
         sd.allFinite() ? (inverse_ * sd.asDiagonal()).squaredNorm() / 3.0 : not_a_number;
   }
 
-  // Variance of a direction from the noise of one reading [rad^2]; NaN if the noise is unknown.
+  // Variance of a direction due to the noise of one reading [rad^2]; NaN if the noise is unknown.
   [[nodiscard]] double noise_variance() const { return noise_variance_; }
 
   [[nodiscard]] Direction of(const ReferenceReading& reading,
@@ -110,7 +110,8 @@ std::string rows_text(const std::vector<int>& rows) {
   return (rows.size() == 1 ? "row " : "rows ") + joined(names);
 }
 
-// @return one direction for each attitude, and one mean direction for each flat face.
+// Returns one direction for each reading with an attitude, and one mean direction for each face
+// that lay on a table.
 std::vector<Direction> directions_of(const Calibration& calibration,
                                      const Directions& directions,
                                      const std::vector<ReferenceReading>& references) {
@@ -151,8 +152,8 @@ std::string axis_text(const Eigen::Vector3d& axis) {
   return formatted("the model's direction ({:.2f}, {:.2f}, {:.2f})", axis.x(), axis.y(), axis.z());
 }
 
-// Returns the sum of 1 - u u^T over the unit directions u. It is the information matrix of a turn
-// about the model's axes if each direction has the variance 1.
+// Returns the sum of 1 - u u^T over the unit directions u. It is the information matrix of a small
+// rotation about the model's axes if each direction has the variance 1.
 Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   for (const Direction& one : all) {
@@ -163,7 +164,7 @@ Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
 
 void require_all_turns(const std::vector<Direction>& all) {
   const SymmetricEigen eigen = symmetric_eigen(sight_of(all));
-  constexpr double open_below = 1e-4;  // such directions differ by less than about a degree
+  constexpr double open_below = 1e-4;  // reached if the directions differ by less than a degree
   if (eigen.values(0) > open_below * static_cast<double>(all.size())) {
     return;
   }
@@ -183,8 +184,8 @@ void put_total_covariance(const Calibration& calibration, BodyRotation& body) {
                                                         body.by_parameters.transpose();
 }
 
-// Returns the variance of each direction about its reference, from the noise of the readings and
-// the stated uncertainty of the references [rad^2].
+// Returns the variance of each direction relative to its reference [rad^2], from the noise of the
+// readings and the stated uncertainty of the references.
 std::vector<double> stated_variances(const std::vector<Direction>& all,
                                      double noise_variance,
                                      double reference_u_rad) {
@@ -364,8 +365,8 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
     }
   }
   if (correlated) {
-    // An error of the parameters also changes the rotation, by -K dtheta. T turns the parameters to
-    // the model's frame.
+    // An error dtheta of the parameters also changes the rotation, by -K dtheta. T converts the
+    // parameters to the model's frame.
     Eigen::MatrixXd T = Eigen::MatrixXd::Identity(count, count);
     for (std::size_t k = 0; k < sensor.instrument.axes.size(); ++k) {
       if (const auto at = statistics.position_of(sensor.instrument.axes[k] + ".sensitivity.x")) {
@@ -430,7 +431,8 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
                     .u_rad = covariance.diagonal().cwiseSqrt()};
-  // Welch's and Satterthwaite's formula, with the traces of the covariances as variances.
+  // Effective degrees of freedom by the formula of Welch and Satterthwaite, with the traces of the
+  // covariances as variances.
   const double nu =
       std::pow(covariance.trace(), 2) / (std::pow(first.trace(), 2) / before.degrees_of_freedom +
                                          std::pow(second.trace(), 2) / after.degrees_of_freedom);

@@ -24,7 +24,8 @@ void members(JsonMembers& io, BodyRotation& body) {
   io.value("readings", body.readings);
   io.number("residual_sd_rad", body.residual_sd_rad);
   io.value_if_any("tare_rad", body.tare_rad);
-  // If the file lacks `calibration`, the rotation is taken as independent of the calibration.
+  // If the file lacks `calibration`, the whole covariance counts as that of the references, so that
+  // the rotation is independent of the calibration.
   body.covariance_of_references = io.reads() ? body.covariance : body.covariance_of_references;
   io.object("calibration", !body.parameter_names.empty(), [&](JsonMembers& one) {
     one.value_if_any("record", body.record);
@@ -40,7 +41,7 @@ void members(JsonMembers& io, BodyRotation& body) {
   }
 }
 
-// @return the number in a column of the present row.
+// @return the number in a column of the current row.
 // @throws DataError  if the cell is not a number.
 double number_in(const CsvReader& csv, std::size_t column) {
   const std::optional<double> number = parse_number(csv.cells()[column]);
@@ -64,8 +65,8 @@ std::optional<SensorTemperature> temperature_in(const CsvReader& csv,
   return all.size() == 1 ? SensorTemperature(all.front()) : SensorTemperature(std::move(all));
 }
 
-// Sets the attitude or the flat face of `reading` to those that the row states. Does nothing if the
-// table has neither the columns of attitudes nor the column of faces.
+// Sets the attitude or the face of `reading` as stated in the row. Does nothing if the table has
+// none of these columns.
 void put_place(const CsvReader& csv,
                const std::optional<std::size_t>& flat,
                const std::optional<std::size_t>& pitch,

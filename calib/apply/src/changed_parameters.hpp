@@ -8,8 +8,8 @@
 
 namespace axiscal {
 
-/// Transforms all covariances and intervals of a record's parameters theta to those of the
-/// parameters T theta. If T is not diagonal, the intervals are computed from the new covariance.
+/// Transforms all covariances and intervals of a fit from the parameters theta to the parameters
+/// T theta. If T is not diagonal, the intervals are computed from the new covariance.
 /// @param T    a p x p matrix. Covariances of another size are not changed.
 /// @param fit  the fit to transform; must have statistics.
 inline void transform_parameters(const Eigen::MatrixXd& T, CalibrationFit& fit) {

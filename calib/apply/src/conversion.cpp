@@ -25,7 +25,7 @@ Eigen::VectorXd units_of_parameters(const std::vector<std::string>& names, doubl
   return units;
 }
 
-// The value of 1 g at the place of the record [m/s^2].
+// Returns the value of 1 g at the place of the record [m/s^2].
 double gravity_of(const FieldDescription& field) {
   if (field.unit == "m/s^2") {
     return field.magnitude;
@@ -42,8 +42,8 @@ double relative(double u, double value) {
   return value > 0.0 ? u / value : 0.0;
 }
 
-// The relative uncertainty of the calibration's field in SI units. It is 0 for a sum of fields,
-// because each part has its own source of uncertainty.
+// Returns the relative uncertainty of the calibration's field in SI units. It is 0 for a sum of
+// fields, because each part has its own source of uncertainty in the record.
 double relative_u_of_field(const FieldDescription& field) {
   if (!field.parts.empty()) {
     return 0.0;
@@ -52,8 +52,7 @@ double relative_u_of_field(const FieldDescription& field) {
                            : relative(field.magnitude_u, field.magnitude);
 }
 
-// The conversion of a field other than gravity. It is also used for gravity if unit and place do
-// not change.
+// Converts a field other than gravity, or gravity if unit and place do not change.
 FieldConversion plain_conversion(const FieldDescription& field,
                                  const std::string& unit,
                                  const FieldAtReadings& there) {
@@ -61,7 +60,7 @@ FieldConversion plain_conversion(const FieldDescription& field,
   conversion.factor = factor_between(field.unit, unit);
   const double as_calibrated = conversion.factor * field.magnitude;
   conversion.magnitude = there.magnitude.value_or(as_calibrated);
-  // If the unit is g, the field of a record is exact by definition.
+  // If the unit is g, the magnitude of the record's field is exact by definition.
   const double here_u = field.unit == "g" ? 0.0 : relative_u_of_field(field);
   conversion.component_u = here_u;
   if (conversion.magnitude != as_calibrated || there.magnitude_u > 0.0) {
@@ -70,7 +69,7 @@ FieldConversion plain_conversion(const FieldDescription& field,
   return conversion;
 }
 
-// The conversion of gravity to another place, or between g and m/s^2.
+// Converts gravity to another place, or between g and m/s^2.
 FieldConversion gravity_conversion(const FieldDescription& field,
                                    const std::string& unit,
                                    const FieldAtReadings& there) {
@@ -178,7 +177,7 @@ Calibration in_assembly_frame(Calibration calibration) {
   if (!calibration.fit.statistics) {
     return calibration;
   }
-  // Each row of sensitivities turns with the field's components.
+  // Each row of sensitivities is rotated like the components of the field.
   const std::vector<std::string>& names = calibration.fit.statistics->parameter_names;
   const auto count = static_cast<Eigen::Index>(names.size());
   Eigen::MatrixXd T = Eigen::MatrixXd::Identity(count, count);
@@ -188,7 +187,7 @@ Calibration in_assembly_frame(Calibration calibration) {
     }
   }
   transform_parameters(T, calibration.fit);
-  // The transformation of these variances assumes independent components.
+  // These variances are transformed as if the three components were independent.
   calibration.fit.conditions.sensitivity_mean_square *= mount.cwiseAbs2();
   FitStatistics& statistics = *calibration.fit.statistics;
   for (Eigen::Index k = 0; k < statistics.sensitivity_se.rows(); ++k) {

@@ -17,7 +17,8 @@
 namespace axiscal {
 namespace {
 
-// Adds the variances of `more` to `shares`, source by source. Both must have the same sources.
+// Adds the variances of `more` to those of `shares`, source by source. Both arguments must have the
+// same sources.
 void add(const VarianceShares& more, VarianceShares& shares) {
   for (std::size_t i = 0; i < shares.axes.size(); ++i) {
     shares.axes[i].variance += more.axes[i].variance;
@@ -38,10 +39,10 @@ double variance_of(const VarianceShares& shares) {
   return sum;
 }
 
-// Returns the uncertainty of an elevation [rad] for a component that exceeds F. The derivative
-// cannot be used there, because the argument of the arcsine is clamped. The result is the angle
-// whose cosine is 1 - u / F: the angle between the axis and a field of length F whose component
-// along the axis is F - u.
+// Returns the uncertainty of the elevation of an axis [rad] if the measured component along the
+// axis exceeds F. The derivative cannot be used there, because the argument of the arcsine is
+// clamped. The result is the angle whose cosine is 1 - u / F: the angle between the axis and a
+// field of length F whose component along the axis is F - u.
 double angle_at_pole(double u, double F) {
   return std::sqrt(2.0 * u / F);
 }
@@ -171,7 +172,7 @@ void ReadingPropagation::find_scatter_of_blocks() {
   const auto put = [&](Eigen::Index k, Eigen::Index j, const std::string& name, double square) {
     const auto at =
         calibration_.fit.statistics->position_of(axes[static_cast<std::size_t>(k)] + name);
-    // The noise of the readings also makes the block means scatter. This part is subtracted.
+    // The noise of the readings contributes to the scatter of the block means, so it is subtracted.
     const double by_noise = at ? B * of_readings_(*at, *at) : 0.0;
     block_variance_(k, j) = std::max(square - by_noise, 0.0);
   };
@@ -314,8 +315,9 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
   return result;
 }
 
-// Adds the uncertainty of the field's magnitude. The magnitude at the calibration scales the
-// components. The magnitude at the place of the readings is the F of residuals and angles.
+// Adds the uncertainty of the field's magnitude. An error of the magnitude at the calibration
+// scales the components. Residuals and angles also depend on F, the magnitude at the place of the
+// readings.
 void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
                                        std::span<const double> readings,
                                        const ReadingContext& context,
@@ -423,7 +425,7 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   const auto k = static_cast<Eigen::Index>(axis);
   const ReducedAxis reduced = reducer_.reduce_axis(axis, reading, temperature);
   const double component = reduced.component / factor_;
-  const double F = reducer_.magnitude() / factor_;  // at the place of the reading
+  const double F = reducer_.magnitude() / factor_;  // magnitude at the place of the reading
   const Eigen::Vector3d S = calibration_.sensor.response.sensitivity.row(k);
   const Eigen::Vector3d along = S.normalized();
   // The direction of the field's component across the axis is unknown, so the variance that this
@@ -455,8 +457,8 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   result.coverage_factor = variance > 0.0
                                ? factors_.expanded(shares) / std::sqrt(variance)
                                : factors_.at(calibration_.fit.statistics->degrees_of_freedom(k));
-  // The slope is a difference over a step as large as the uncertainty, because the derivative of
-  // the arcsine is infinite at F.
+  // The derivative of the arcsine is infinite at F. Therefore the angle's uncertainty is half of
+  // the difference over a step of plus and minus the component's uncertainty.
   const double of_angle = std::hypot(u, ratio_u_ * component);
   const double high = elevation_of_axis(component + of_angle, F).angle_rad;
   const double low = elevation_of_axis(component - of_angle, F).angle_rad;

@@ -35,7 +35,7 @@ double difference_of_results(double a, double b, bool angle) {
   return angle ? std::remainder(a - b, 360.0) : a - b;
 }
 
-// Names ending in _deg are angles.
+// A result is an angle if its name ends in _deg.
 bool result_is_angle(const Reducer& reducer, Eigen::Index result) {
   return result >= fixed_results &&
          reducer.kind().derived_names[static_cast<std::size_t>(result - fixed_results)].ends_with(

@@ -19,8 +19,8 @@
 namespace axiscal {
 namespace {
 
-// Returns the weights of the rows of S from the scatter of the axes. All weights are 1 if the
-// scatter is unknown or if m <= 3.
+// Returns a weight for each row of S, from the scatter of the axis. All weights are 1 if the
+// scatter is unknown or if there are at most three axes.
 Eigen::VectorXd row_weights(const Calibration& calibration) {
   const Eigen::Index m = calibration.sensor.response.bias.size();
   if (m > 3 && calibration.fit.statistics) {
@@ -119,8 +119,8 @@ double Reducer::bias_corrected(std::size_t axis,
   return temperature_->bias_corrected(k, reading, bias_[axis], temperature->of(k));
 }
 
-// Used for more than three axes with temperature terms. The weights of the equations depend on the
-// scales of the axes, which depend on the temperature.
+// Computes the field for more than three axes with temperature terms. The weights of the equations
+// depend on the scales of the axes, which depend on the temperature.
 bool Reducer::solve_scaled(std::span<const double> readings,
                            const std::optional<SensorTemperature>& temperature,
                            Eigen::Vector3d& field) const noexcept {
@@ -137,15 +137,15 @@ bool Reducer::solve_scaled(std::span<const double> readings,
   return field.allFinite();
 }
 
-// Solves by least squares with only the axes that face the light. The first round uses the axes
-// whose readings are above the dark reading. Each further round uses the axes that face the field
-// of the previous round.
+// Solves by least squares, using only the axes that face the light. The first round uses the axes
+// whose readings are clearly above the dark reading. Each further round uses the axes that face the
+// field found in the previous round.
 bool Reducer::solve_light(std::span<const double> readings,
                           const std::optional<SensorTemperature>& temperature,
                           Eigen::Vector3d& field) const noexcept {
   constexpr std::uint64_t one = 1;
   const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
-  constexpr double dimmest = 0.02;  // fraction of the brightest axis below which an axis is dark
+  constexpr double dimmest = 0.02;  // an axis below this fraction of the brightest axis is dark
   double brightest = 0.0;
   for (std::size_t k = 0; k < m; ++k) {
     brightest = std::max(brightest, bias_corrected(k, readings[k], temperature) / length_[k]);

@@ -27,8 +27,8 @@ namespace {
 
 using Sink = std::function<void(std::string_view)>;
 
-// Writes rows to a buffer. If the buffer is full, it grows. If it is large and a sink exists, its
-// rows are passed to the sink instead.
+// Writes rows to a buffer. A full buffer is enlarged. But if it is already large and there is a
+// sink, its rows are passed to the sink instead.
 class RowWriter {
  public:
   // @param buffer  receives the output; its old content is discarded.
@@ -45,14 +45,15 @@ class RowWriter {
   // The rows that were not passed to the sink yet.
   [[nodiscard]] std::string_view rows() const { return {buffer_.data(), used_}; }
 
-  // Writes text to CSV rows; does nothing for binary rows.
+  // Writes text if the output is CSV. Does nothing if it is binary.
   void put(std::string_view text) {
     if (form_ == ReductionForm::csv) {
       append(text);
     }
   }
 
-  // Writes a comma and the number; NaN is an empty cell.
+  // Writes a comma and the number, or an empty cell for NaN. Binary output contains only the
+  // number.
   void put_cell(double number) {
     reserve(number_text_size + 1);
     if (form_ == ReductionForm::npy) {
@@ -69,7 +70,7 @@ class RowWriter {
     }
   }
 
-  // Writes a comma and the words of the flag's bits.
+  // Writes a comma and the words for the bits of the flag. Binary output contains the flag's byte.
   void put_flag(unsigned flag) {
     if (form_ == ReductionForm::npy) {
       reserve(1);
@@ -175,12 +176,13 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
   return names;
 }
 
-// The columns AXIS_temperature or temperature_AXIS; for SLOT.AXIS also SLOT.temperature_AXIS.
+// Finds the temperature column of each axis: AXIS_temperature or temperature_AXIS, for an axis in a
+// slot SLOT.AXIS_temperature or SLOT.temperature_AXIS.
 TemperaturePlaces own_temperatures(const CsvReader& csv, const std::vector<ReadingColumn>& axes) {
   TemperaturePlaces places;
   for (const ReadingColumn& column : axes) {
     const std::string& axis = column.axis;
-    const std::size_t name = axis.rfind('.') + 1;  // 0 without a slot
+    const std::size_t name = axis.rfind('.') + 1;  // start of the axis name; 0 without SLOT.
     const std::optional<std::size_t> turned =
         csv.column(axis.substr(0, name) + "temperature_" + axis.substr(name));
     places.push_back(turned ? *turned : csv.need(axis + "_temperature"));
@@ -188,8 +190,9 @@ TemperaturePlaces own_temperatures(const CsvReader& csv, const std::vector<Readi
   return places;
 }
 
-// Returns the column of a single temperature sensor: SLOT.temperature if it exists, else `column`.
-// A single axis may also have AXIS_temperature.
+// Finds the column of a temperature sensor that all axes share. In a table with slots, it is
+// SLOT.column if that exists; otherwise it is `column`. If there is a single axis, AXIS_temperature
+// is accepted too.
 std::size_t one_temperature(const CsvReader& csv,
                             const std::vector<ReadingColumn>& axes,
                             const std::string& column) {
@@ -201,7 +204,7 @@ std::size_t one_temperature(const CsvReader& csv,
   return own ? *own : csv.need(column);
 }
 
-// The readings of one instrument in a row.
+// Reads the readings of one instrument from the current row.
 class RowReader {
  public:
   // @param temperature  name of the temperature column; used if the reducer needs one temperature
@@ -224,7 +227,7 @@ class RowReader {
     readings_.resize(axes.size());
   }
 
-  // Reads the row; false if a cell is not a number. Then defect() describes the cell.
+  // Reads the row. Returns false if a cell is not a number; defect() then describes the cell.
   bool read(const Reducer& reducer) {
     saturated_ = false;
     for (std::size_t k = 0; k < plus_.size(); ++k) {
@@ -375,7 +378,7 @@ class RowReduction {
     }
   }
 
-  // Writes the row's own cells unchanged, except that formulas are made harmless.
+  // Writes the cells of the input row unchanged, except that an apostrophe is put before formulas.
   void put_own_cells() {
     if (holds_formula()) {
       put_harmless_cells();
@@ -384,8 +387,8 @@ class RowReduction {
     }
   }
 
-  // Writes the cells of a defective row. Empty cells are appended to a row that is too short, so
-  // that the results are in the right columns. Stray quotes are escaped, so that the output is
+  // Writes the cells of a defective input row. If the row is too short, empty cells are appended,
+  // so that the results are in the right columns. Stray quotes are escaped, so that the output is
   // valid CSV.
   void put_defective_row() {
     if (csv_.text().find('"') == std::string_view::npos) {
@@ -425,7 +428,7 @@ class RowReduction {
     }
   }
 
-  // A pointer to the reader of a second instrument; nullptr if there is no such instrument.
+  // Returns a pointer to the reader of a second instrument, or nullptr if there is none.
   static RowReader* beside(std::optional<RowReader>& row) { return row ? &*row : nullptr; }
 
   void reduce_row() {
@@ -510,8 +513,8 @@ class RowReduction {
     return true;
   }
 
-  // Writes the angle of the joint: the turn of the second instrument relative to this one. Returns
-  // true if the row is flagged `moved`.
+  // Writes the angle of the joint: the rotation of the second instrument relative to this one.
+  // Returns true if the row is flagged `moved`.
   bool put_joint(const Eigen::Vector3d& field, const ReadingContext& context, bool& extrapolated) {
     const JointColumns& joint = *options_.joint;
     const ReducedReading reduced =
@@ -636,8 +639,8 @@ class RowReduction {
     }
   }
 
-  // Returns the field from the two axes, after `first` and `second` are added to the field's
-  // components along the axes.
+  // Returns the field that follows from the two axes after `first` and `second` are added to the
+  // measured components along the axes.
   [[nodiscard]] Reducer::ClosedField closed_field(double first, double second) const {
     const std::span<const double> readings = row_.readings();
     return reducer_.closed_field(readings[0] + first * reducer_.sensitivity_of(0),
@@ -645,8 +648,8 @@ class RowReduction {
                                  row_.temperature());
   }
 
-  // Returns the uncertainties of the direction's three components, from the uncertainties of the
-  // two measured components. Returns zero if the axes do not determine the direction.
+  // Returns the uncertainties of the three components of the direction, computed from those of the
+  // two measured components. They are zero if the axes do not determine the direction.
   [[nodiscard]] Eigen::Vector3d direction_uncertainty(
       const std::vector<ReadingPropagation::Axis>& components) const {
     Eigen::Vector3d variance = Eigen::Vector3d::Zero();
@@ -682,7 +685,7 @@ class RowReduction {
   const ReductionCsvOptions& options_;
   RowWriter out_;
   std::vector<std::string> results_;
-  std::size_t derived_;  // the number of results that the kind of instrument derives
+  std::size_t derived_;  // number of derived values, see derived_count()
   RowReader row_;
   std::optional<RowReader> attitude_row_;
   std::optional<RowReader> joint_row_;
@@ -762,10 +765,10 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
   sink(whole.rows());
   struct Piece {
     std::vector<char> buffer;
-    std::string_view rows;  // in `buffer`
+    std::string_view rows;  // the output rows, which are in `buffer`
     ReductionCsvSummary summary;
   };
-  std::vector<std::vector<char>> spare;  // buffers that grew to the size of a piece
+  std::vector<std::vector<char>> spare;  // buffers of finished pieces, to be used again
   const auto reduced = [&](CsvReader& from, std::size_t most_rows, std::vector<char> to) {
     Piece piece{.buffer = std::move(to)};
     RowReduction rows(from, axes, reducer, options, piece.buffer);
@@ -787,8 +790,8 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
       const auto to = std::make_shared<std::vector<char>>(spare_buffer());
       return [&reduced, from, to] { return reduced(*from, all, std::move(*to)); };
     }
-    // If the table contains quotes, only a CSV parser can find the ends of the rows, so this thread
-    // reads and reduces the rows.
+    // If the table contains quotes, only a CSV parser finds the ends of the rows. Therefore this
+    // thread reads and reduces them itself.
     constexpr std::size_t some = 1000;
     const auto piece = std::make_shared<Piece>(reduced(csv, some, spare_buffer()));
     return piece->summary.rows > 0 ? std::optional([piece] { return std::move(*piece); })
@@ -800,7 +803,7 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     add(piece.summary, summary);
     spare.push_back(std::move(piece.buffer));
   };
-  constexpr std::size_t most_cores = 8;  // each needs about a megabyte
+  constexpr std::size_t most_cores = 8;  // limits the memory, about a megabyte for each core
   for_each_in_order<Piece>(next, take, std::min(worker_count(), most_cores));
   return summary;
 }

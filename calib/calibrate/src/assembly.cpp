@@ -25,9 +25,9 @@ namespace axiscal {
 namespace {
 
 constexpr double disagreement_below = 0.001;
-constexpr double rounding_rad = 1e-12;  // slopes that differ by less are the same
+constexpr double rounding_rad = 1e-12;  // slopes that differ by less count as equal
 
-// A weighted mean of slopes and its variances. The components x and y are independent.
+// A weighted mean of slopes, and the variances of the mean. The components x and y are independent.
 struct Mean {
   Eigen::Array2d value = Eigen::Array2d::Zero();
   Eigen::Array2d variance = Eigen::Array2d::Zero();
@@ -39,8 +39,8 @@ Eigen::Array2d slope_of(const Levelness& levelness) {
   return {now.x, now.y};
 }
 
-// Returns the variances of the slopes x and y. A lower limit ensures equal weights of all slots if
-// the readings have no noise.
+// Returns the variances of the slopes x and y. They have a lower limit, so that all slots have
+// equal weights if the readings have no noise.
 Eigen::Array2d variance_of(const Levelness& levelness) {
   const BlockLevelness now = levelness.current_levelness();
   return Eigen::Array2d(now.standard_error_x, now.standard_error_y)
@@ -159,7 +159,7 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
                                       const std::vector<std::string>& slots) {
   struct Known {
     std::string_view name;
-    std::size_t slots;  // 0: any number
+    std::size_t slots;  // required number of slots; 0 if any number is allowed
   };
   constexpr std::array<Known, 5> known = {
       {{"parallel", 0}, {"single", 1}, {"triple", 3}, {"h", 2}, {"h:y", 2}}};
@@ -224,16 +224,17 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
 
 namespace {
 
-// Returns the rotation from the cube's frame to the frame of the instrument's axes: the rotation
-// closest to the rows of S, scaled to length 1.
+// Returns the rotation from the cube's frame to the frame of the instrument's axes. It is the
+// rotation matrix that is closest to S after each row of S is scaled to length 1.
 Eigen::Matrix3d axes_from_cube(const Calibration& calibration, const LinearResponse& response) {
   const Eigen::Matrix3d mount =
       calibration.sensor.rotation_sensor_from_assembly.value_or(Eigen::Matrix3d::Identity());
   return nearest_rotation(Eigen::Matrix3d(response.sensitivity.rowwise().normalized()) * mount);
 }
 
-// Returns the derivative of axes_from_cube() with respect to the p coefficients of each axis, as
-// small rotations about the frame's axes; 3 x 3 p [rad per unit of the coefficient].
+// Returns the derivative of axes_from_cube() with respect to the p coefficients of each axis. Each
+// column is a small rotation about the axes of the instrument's frame: 3 x 3 p [rad per unit of the
+// coefficient].
 Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
   const LinearResponse& response = calibration.sensor.response;
   const Eigen::Matrix3d R = axes_from_cube(calibration, response);
@@ -245,7 +246,7 @@ Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
       LinearResponse moved = response;
       moved.sensitivity(k, j) += step;
       const Eigen::Matrix3d turned = axes_from_cube(calibration, moved) * R.transpose();
-      const Eigen::Matrix3d twice = turned - turned.transpose();  // twice the small turn
+      const Eigen::Matrix3d twice = turned - turned.transpose();  // twice the small rotation
       turns.col(p * k + 1 + j) =
           Eigen::Vector3d(twice(2, 1), twice(0, 2), twice(1, 0)) / (2.0 * step);
     }
@@ -327,8 +328,8 @@ std::optional<CombinedLevelness> combined_levelness(std::vector<Calibration>& ca
   return combined;
 }
 
-// Sets the table's slope of a slot whose field is not vertical to the slope that other slots
-// measured.
+// Sets the table's slope in the experiment of a slot with a non-vertical field to the slope that
+// the other slots measured.
 void take_slope(const std::vector<Calibration>& calibrations,
                 const std::optional<CombinedLevelness>& combined,
                 Experiment& experiment) {

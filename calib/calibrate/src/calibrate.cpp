@@ -52,7 +52,7 @@ SolvedRun solved(const PreparedRun& run) {
     FittedRun refit = solve(run, *extended);
     if (refit.source.choice().effects != extended->choice.effects ||
         !(refit.estimate.statistics.degrees_of_freedom.minCoeff() > 0.0)) {
-      break;  // the readings do not determine the term, or it takes all degrees of freedom
+      break;  // the readings do not determine the term, or no degrees of freedom are left
     }
     SearchedRun again = find_mistakes(run, refit);
     again.taken_in = warnings_of_terms(run, refit, search);
@@ -88,7 +88,7 @@ Calibration calibrated_without(const Experiment& experiment,
 }
 
 Calibration calibrated(const Experiment& experiment, const Observations& observations) {
-  const PreparedRun run(experiment, observations);  // checks, readings to use, method, field
+  const PreparedRun run(experiment, observations);  // checks the inputs, chooses the method
   if (!run.method().fits_sensitivity) {
     return calibration_of_biases(run);
   }
@@ -101,14 +101,15 @@ Calibration calibrated(const Experiment& experiment, const Observations& observa
                               warnings_of(repeats, observations));
   }
   fit = tested(run, std::move(fit), search);                        // levelness, lack of fit
-  CountedEstimate counted = counted_scatter(run, fit, search);      // section 4.1
+  CountedEstimate counted = counted_scatter(run, fit, search);      // method.md, section 4.1
   const FitTests tests = tests_of(run, fit, counted);               // saturation, curvature
-  Calibration record = record_of(run, model, fit, counted);         // with its budget, section 8
-  judge(run, model, fit, search, counted.estimate, tests, record);  // section 5
+  Calibration record = record_of(run, model, fit, counted);         // method.md, section 8
+  judge(run, model, fit, search, counted.estimate, tests, record);  // method.md, section 5
   return record;
 }
 
-// Adds a note if robust regression fits a refused run with a few readings of weight 0.
+// Adds a note to a refused calibration if robust regression succeeds by giving a few readings the
+// weight 0.
 void note_robust_fit(const Experiment& experiment,
                      const Observations& observations,
                      Calibration& refused) {

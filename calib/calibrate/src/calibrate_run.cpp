@@ -43,7 +43,7 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
   return one;
 }
 
-// Checks that no slot's name belongs to another kind of instrument than `kind`.
+// Throws if the name of a slot is typical of another kind of instrument than `kind`.
 void require_one_kind(const std::string& kind, const std::vector<std::string>& slots) {
   const VehicleSensor own = find_instrument_kind(kind).sensor;
   for (const std::string& slot : slots) {

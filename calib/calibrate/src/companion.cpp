@@ -58,17 +58,17 @@ LinearResponse drawn(const Calibration& companion, RandomStream& random) {
   return response;
 }
 
-// Computes the covariance of b and S in the instrument's own frame. It includes the error of the
+// Computes the covariance of b and S in the instrument's own frame, including the error of the
 // rotation to the companion's frame. Fit and alignment are simulated together (JCGM 101), because
-// both follow from the same readings. The companion's coefficients get random errors with the
-// covariance in its record. The noise of the companion's readings follows from the scatter of the
-// angle between the fields.
+// both use the same readings. The companion's coefficients get random errors with the covariance in
+// the companion's record. The noise of the companion's readings is estimated from the scatter of
+// the angle between the two fields.
 Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
                                          const Eigen::MatrixXd& readings,
                                          const Calibration& companion,
                                          const Eigen::MatrixXd& companions,
                                          const Alignment& alignment) {
-  // The covariance is proportional to 1 / n, so the simulation needs no more than these readings.
+  // The covariance is proportional to 1 / n, so a part of the readings is sufficient.
   constexpr Eigen::Index most_rows = 1000;
   const Eigen::Index step = 1 + (readings.rows() - 1) / most_rows;
   const Eigen::Index n = (readings.rows() + step - 1) / step;
@@ -91,8 +91,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
     }
     return rows;
   };
-  // The standard deviation of the companion's noise. Its variance is the variance of the angle
-  // minus the variance of this instrument's noise.
+  // `theirs` is the standard deviation of the companion's noise. The variance of this noise is the
+  // total variance of the angle minus the variance of this instrument's noise.
   const double own_noise = sd.norm() / (F * own.sensitivity.norm());
   const double in_all = alignment.residual_sd / std::max(std::sin(alignment.angle_rad), 1e-3);
   const double theirs = std::sqrt(std::max(0.0, in_all * in_all - own_noise * own_noise));
@@ -117,9 +117,9 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
          centred / (trials - 1);
 }
 
-// Warns if the axes seem to be mirrored. A mirrored instrument fits equally well, but the angle
-// between the fields is then 180 degrees minus the true angle. The true angle is known only if the
-// field is that of a model.
+// Warns if the angle between the two fields differs from the true angle at the site, which is known
+// only if the field was computed by a model. Mirrored axes fit equally well, but the angle is then
+// 180 degrees minus the true angle.
 void warn_of_mirrored_axes(Calibration& calibration,
                            const Calibration& companion,
                            const Alignment& alignment) {
@@ -148,7 +148,7 @@ void warn_of_mirrored_axes(Calibration& calibration,
                               "instruments were read at the same times")});
 }
 
-// Returns the rows of the readings that both instruments can use.
+// Returns the rows whose readings are usable for both instruments.
 std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
                                        const Calibration& companion,
                                        const Observations& companions) {
@@ -196,8 +196,8 @@ void turn_to_companion(const Alignment& alignment,
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
-    // The simulated noise is white. If the readings are correlated, the variances in `statistics`
-    // may be larger than the simulated ones. The larger variance is used.
+    // The simulation assumes white noise. If the noise of the readings is correlated, the variances
+    // in `statistics` may be larger. The larger variance is used.
     const Eigen::VectorXd variances =
         covariance.diagonal().cwiseMax(statistics.covariance.diagonal());
     statistics.covariance = rescaled_covariance(covariance, variances.cwiseSqrt());

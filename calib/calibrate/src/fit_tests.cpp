@@ -53,7 +53,8 @@ void confirm(const PreparedRun& run,
                                compared.notes.end());
 }
 
-// Returns n x m flags: true if an axis used a reading. The rows are those of the file.
+// Returns n x m flags: true if the fit of an axis used a reading. There is a row for each row of
+// the file.
 AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estimate& estimate) {
   const Observations& observations = run.observations();
   AxisMask used = AxisMask::Constant(observations.size(), observations.response.cols(), false);
@@ -71,7 +72,7 @@ AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estima
   return used;
 }
 
-// Returns the responses of the fit, without readings of robust weight 0.
+// Returns the responses that were fitted, without readings of robust weight 0.
 Eigen::MatrixXd weighed_responses(const FittedRun& fit, const Calibration& record) {
   const Eigen::MatrixXd& robust = record.fit.statistics->robust_weight;
   if (robust.rows() != fit.set->response.rows()) {
@@ -100,7 +101,8 @@ void put_residuals(const PreparedRun& run,
   }
 }
 
-// Fits the known-art form to the same readings, with the fitted field.
+// For comparison, fits the polar form of the wind-tunnel literature to the same readings, with the
+// fitted field.
 void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibration& record) {
   if (record.sensor.temperature || !record.sensor.also.empty() || set.has_excluded_readings() ||
       (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {
@@ -127,7 +129,7 @@ std::vector<int> unpaired_runs(const PreparedRun& run,
 }
 
 CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mistakes) {
-  // The largest permitted effect of a mistake on the coefficients, divided by the full response.
+  // Largest permitted effect of a mistake on the coefficients, as a fraction of the full response.
   constexpr double largest_effect = 0.005;
   const std::vector<CalibrationWarning>& warnings = record.findings.warnings;
   const bool refused =
@@ -140,7 +142,7 @@ CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mist
                             : CalibrationStatus::warning;
 }
 
-// Returns true if rounding errors can cause these bends of the response.
+// Returns true if rounding of the readings can explain the curvature `bends` of the response.
 bool is_within_steps(const PreparedRun& run, const FittedRun& fit, const Eigen::VectorXd& bends) {
   const Eigen::MatrixXd steps =
       detect_rounding_steps(fit.set->response, fit.set->weights, run.experiment().stated.resolution,

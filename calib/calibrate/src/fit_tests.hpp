@@ -9,16 +9,18 @@
 
 namespace axiscal {
 
-/// @return the fit with the results of its tests of levelness and lack of fit.
+/// Tests the levelness of the table and the lack of fit.
+/// @return the fit with the results of these tests.
 [[nodiscard]] FittedRun tested(const PreparedRun& run, FittedRun fit, const SearchedRun& search);
 
-/// Tests saturation and curvature. The uncertainty does not depend on these tests.
+/// Tests whether axes are saturated and whether the response is curved. The uncertainty does not
+/// depend on these tests.
 /// @param counted  the result of counted_scatter().
 [[nodiscard]] FitTests tests_of(const PreparedRun& run,
                                 const FittedRun& fit,
                                 const CountedEstimate& counted);
 
-/// Adds the findings of a run to its record: confirmation, check of the field's magnitude,
+/// Adds the findings of a run to the record: confirmation, check of the field's magnitude,
 /// residuals, notes, warnings, suggestion and status.
 void judge(const PreparedRun& run,
            const ChosenModel& model,
@@ -28,7 +30,7 @@ void judge(const PreparedRun& run,
            const FitTests& tests,
            Calibration& record);
 
-/// Adds the findings on the field, and the status, to a record of method bias.
+/// Adds the notes and warnings on the field, and the status, to a record of method bias.
 void judge_biases(const Experiment& experiment, Calibration& record);
 
 }  // namespace axiscal

@@ -32,8 +32,7 @@ Eigen::Matrix3d noise_of(const Observations& observations) {
   return observations.response_sd->cwiseAbs2().colwise().mean().asDiagonal();
 }
 
-// Copies those parts of the estimate that later steps need into the readings `set`, and stores
-// `set` in the fit.
+// Copies the parts of the estimate that later steps need to `set`, and stores `set` in the fit.
 FittedRun completed(FittedRun fit, ReadingSet set) {
   set.seen = fit.estimate.sight.seen;
   set.visible = fit.estimate.sight.visible;
@@ -59,8 +58,8 @@ FittedRun solved_once(const PreparedRun& run, ReadingSource source) {
   return completed(std::move(fit), std::move(set));
 }
 
-// Also fits the rotations of the instrument in its mounts. Rotations and coefficients are fitted in
-// turn until the rotations do not change.
+// Also fits the rotation of the instrument in each mount. Rotations and coefficients are fitted
+// alternately until the rotations no longer change.
 FittedRun with_mounts(const PreparedRun& run, FittedRun fit) {
   if (run.experiment().fit.robust || fit.seen.size() > 0 || fit.set->seen.cols() > 0 ||
       fit.set->temperature.order > 0) {
@@ -142,9 +141,9 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   return completed(std::move(fit), std::move(set));
 }
 
-// Returns the part of the readings' variance that does not decrease with the number of samples,
-// divided by the mean variance. It maximises the likelihood of the residuals of a fit with equal
-// weights (method.md, section 4.1). The result is 0 if the likelihood hardly increases.
+// Returns the part of the readings' variance that does not decrease with the number of samples, as
+// a fraction of the mean variance. The fraction maximises the likelihood of the residuals of a fit
+// with equal weights (method.md, section 4.1). It is 0 if the likelihood hardly increases.
 double floor_of_samples(const PreparedRun& run, ChosenModel model) {
   const std::optional<Eigen::VectorXd>& samples = run.observations().samples;
   if (run.weighting() != Weighting::samples || run.experiment().fit.weighting ||
@@ -167,7 +166,7 @@ double floor_of_samples(const PreparedRun& run, ChosenModel model) {
     }
     return sum;
   };
-  constexpr double clear_gain = 2.0;  // least gain of the log likelihood
+  constexpr double clear_gain = 2.0;  // required increase of the log likelihood
   constexpr std::array<double, 6> floors = {0.1, 0.25, 0.5, 0.75, 0.9, 1.0};
   double best = 0.0;
   double highest = likelihood(0.0) + clear_gain;
@@ -268,7 +267,7 @@ SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit) {
 
 namespace {
 
-// Returns the text of one effect of the run for each axis: "x 0.0012, y -0.0003, z 0.0001".
+// Returns one effect of the run on each axis as text: "x 0.0012, y -0.0003, z 0.0001".
 std::string effect_by_axis(const PreparedRun& run,
                            const FittedRun& fit,
                            Eigen::Index effect,

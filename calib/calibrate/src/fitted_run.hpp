@@ -21,16 +21,17 @@ struct ChosenModel {
   bool temperature_has_no_effect = false;  ///< true if no temperature term was significant
 };
 
-/// Chooses the temperature order, and the effects of the run: shifts of blocks, a stated drift.
+/// Chooses the order of the temperature terms and the effects of the run (shifts between blocks, a
+/// stated drift).
 /// @throws RefusedError  if the readings do not determine a fit.
 [[nodiscard]] ChosenModel choose_model(const PreparedRun& run);
 
 /// A run after its fit.
 struct FittedRun {
   ReadingSource source;                   ///< the observations, and the model that is fitted
-  std::unique_ptr<const ReadingSet> set;  ///< the readings in the terms of the fitted model
+  std::unique_ptr<const ReadingSet> set;  ///< the readings as input of the fitted model
   Estimate estimate;
-  AxisMask seen;                             ///< the readings that one-sided axes see; empty: all
+  AxisMask seen;                             ///< the readings that each axis uses; empty if all
   double mounts_expected = 0.0;              ///< MountTurns::expected of the last fit of mounts
   std::shared_ptr<const Solution> solution;  ///< the solution for `set`; null if not kept
 
@@ -44,35 +45,37 @@ struct FittedRun {
 /// @throws RefusedError, RankDeficientError
 [[nodiscard]] FittedRun solve(const PreparedRun& run, const ChosenModel& model);
 
-/// The result of the search for mistakes, and the readings without the errors that several of them
-/// share.
+/// The result of the search for mistakes, and the readings after the removal of shared errors,
+/// which affect several readings.
 struct SearchedRun {
   bool searched = false;
   MistakeSearch mistakes;
-  /// The fitted readings with their shared errors removed; null if they share none.
+  /// The fitted readings with their shared errors removed; null if there are no shared errors.
   std::unique_ptr<const ReadingSet> judged;
   ReadingSet kept_out;  ///< the confirmation readings, with their shared errors removed too
 
-  /// Warnings of mistakes (drift, step of the biases, memory) for which the fit has a term.
+  /// Warnings of mistakes that a term of the fit describes: a drift, a step of the biases, or a
+  /// memory (hysteresis).
   std::vector<CalibrationWarning> taken_in;
 };
 
 [[nodiscard]] SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit);
 
-/// @return the model with a term for the likeliest mistake, if this is a drift, a step of the
-///         biases or a memory. nullopt if the mistake is of another kind, if the model already has
-///         this term, or if FitOptions::drift is not automatic.
+/// Adds a term for the likeliest mistake to the model, if this is a drift, a step of the biases, or
+/// a memory (each reading lags behind the change since the previous one).
+/// @return the extended model. It is nullopt if the mistake is of another kind, if the model
+///         already has this term, or if FitOptions::drift is not automatic.
 [[nodiscard]] std::optional<ChosenModel> with_mistake_term(const PreparedRun& run,
                                                            ChosenModel model,
                                                            const SearchedRun& search);
 
 /// @param fit  a fit with a term for the mistake that the search found.
-/// @return `search.taken_in` and, for a step or a memory, the warning for the new term.
+/// @return `search.taken_in`. If the new term is a step or a memory, a warning for it is added.
 [[nodiscard]] std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
                                                                 const FittedRun& fit,
                                                                 const SearchedRun& search);
 
-/// @return the fit, with a note if it has a term for a drift that was found.
+/// @return the fit. If it has a term for a drift that the search found, a note is added.
 [[nodiscard]] FittedRun with_note_of_drift(const PreparedRun& run, FittedRun fit);
 
 }  // namespace axiscal

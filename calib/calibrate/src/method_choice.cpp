@@ -24,7 +24,7 @@ bool has_labels(const Observations& observations) {
 
 namespace {
 
-// @return true if each of the six faces was down at least once.
+// Returns true if the cube lay on each of its six faces at least once.
 bool shows_six_faces(const Observations& observations) {
   std::set<int> faces;
   for (const Reading& reading : observations.readings) {

@@ -11,8 +11,8 @@ namespace axiscal {
 /// @return true if each reading states its design point.
 [[nodiscard]] bool has_labels(const Observations& observations);
 
-/// Adds a note to the record if the table is taken as level because fence faces are missing.
-/// @param used  the readings that are not left out.
+/// Adds a note to the record if fence faces are missing and the table is therefore taken as level.
+/// @param used  the readings of the fit, without those that are left out.
 void note_choice_of_method(const Observations& used, Method method, Calibration& calibration);
 
 }  // namespace axiscal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks that the files of a run are blocks of one instrument.
+// Checks that all files of a run were recorded with the same instrument.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -15,11 +15,11 @@
 namespace axiscal {
 namespace {
 
-// Largest changes of one instrument from day to day and from mount to mount. Two instruments of a
-// batch seldom agree within these limits.
+// Largest changes that are accepted for one instrument, from day to day and from mount to mount.
+// Two instruments of the same batch seldom agree within these limits.
 constexpr double largest_size_change = 2e-3;   // relative change of |S_k|
 constexpr double largest_angle_change = 5e-3;  // change of the angle between two axes [rad]
-constexpr double largest_bias_change = 5e-2;   // change of a bias / full response
+constexpr double largest_bias_change = 5e-2;   // change of a bias, divided by the full response
 // A larger change is accepted if it is at most this number of standard errors, because it may be
 // noise.
 constexpr double clear = 6.0;
@@ -35,14 +35,15 @@ std::optional<Calibration> calibration_of(Experiment experiment, const Observati
     try {
       experiment.fit.method = method;
       return fitted_record(experiment, readings);
-    } catch (const Error&) {  // e.g. one fence face for each rest face; then method known is tried
+    } catch (const Error&) {  // e.g. fence faces are missing; method known may still succeed
       continue;
     }
   }
   return std::nullopt;
 }
 
-// @return the first difference that is too large for one instrument, in words; else empty.
+// Returns a text for the first difference that is too large for one instrument; empty if there is
+// none.
 std::string difference_between(const Calibration& first, const Calibration& other) {
   const SensitivityMatrix& S = first.sensor.response.sensitivity;
   const SensitivityMatrix& T = other.sensor.response.sensitivity;

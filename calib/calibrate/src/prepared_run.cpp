@@ -38,7 +38,7 @@ const Experiment& checked_temperature(const Experiment& experiment,
   return experiment;
 }
 
-// Returns the readings of the fit without their responses; nullopt if all readings are in the fit.
+// Returns the readings that are fitted, without their responses; nullopt if all are fitted.
 std::optional<Observations> without_left_out(const Experiment& experiment,
                                              const Observations& observations) {
   const auto is_out = [&](const Reading& reading) {
@@ -55,13 +55,13 @@ std::optional<Observations> without_left_out(const Experiment& experiment,
   return used;
 }
 
-// The least and the largest length of the fields that readings state. Fields of length 0 are left
-// out.
+// The smallest and the largest magnitude of the fields stated with the readings. Fields of
+// magnitude 0 are not counted.
 struct MetFields {
   double least = 0.0;
   double largest = 0.0;
 
-  // Returns true if the lengths differ by more than 5 %. Rounding and small errors of the angles
+  // Returns true if the magnitudes differ by more than 5 %. Rounding and small errors of the angles
   // cause smaller differences.
   [[nodiscard]] bool vary() const {
     constexpr double alike = 1.05;
@@ -78,7 +78,7 @@ MetFields fields_met_by(const Observations& observations) {
       met.largest = std::max(met.largest, length);
     }
   }
-  met.largest = met.largest == 0.0 ? 1.0 : met.largest;  // the fit refuses a run without a field
+  met.largest = met.largest == 0.0 ? 1.0 : met.largest;  // the fit refuses such a run later
   met.least = met.least == 0.0 ? met.largest : met.least;
   return met;
 }

@@ -21,7 +21,8 @@ namespace axiscal {
 class PreparedRun {
  public:
   /// @param experiment, observations  must outlive the run.
-  /// @throws SetupError, RefusedError, DomainError  if they contradict each other or the method.
+  /// @throws SetupError, RefusedError, DomainError  if experiment and observations contradict each
+  ///                                                other, or do not suit the method.
   PreparedRun(const Experiment& experiment, const Observations& observations);
 
   PreparedRun(const PreparedRun&) = delete;
@@ -34,11 +35,11 @@ class PreparedRun {
     return with_fields_ ? *with_fields_ : given_;
   }
 
-  /// @return the observations of the fit, without readings that are left out or kept out to confirm
-  ///         the fit. Only their `readings` and `has_fence` are valid.
+  /// @return the observations of the fit, without the readings that are left out or used only to
+  ///         confirm the fit. Only the members `readings` and `has_fence` are valid.
   [[nodiscard]] const Observations& used() const { return used_ ? *used_ : observations(); }
 
-  /// @return the rows of observations() whose runs the experiment does not leave out.
+  /// @return the rows of observations() that Experiment::leave_out does not exclude.
   [[nodiscard]] std::vector<std::size_t> rows_not_left_out() const;
 
   [[nodiscard]] const MethodKind& method() const { return method_kind(method_); }
@@ -47,16 +48,19 @@ class PreparedRun {
   /// @return true if the readings state their fields.
   [[nodiscard]] bool by_field() const { return source_.by_field(); }
 
-  /// @return true if the stated fields have different lengths, as on a rate table.
+  /// @return true if the magnitudes of the fields stated with the readings differ, as on a rate
+  ///         table.
   [[nodiscard]] bool field_varies() const { return field_varies_; }
 
-  /// @return the readings under the model without temperature terms and effects of the run.
+  /// @return the readings with the simplest model, without temperature terms and effects of the
+  ///         run.
   [[nodiscard]] const ReadingSource& source() const { return source_; }
 
-  /// @return the parts of the field before the fit.
+  /// @return the parts of the field as stated, before the fit.
   [[nodiscard]] const std::vector<FieldDescription>& parts() const { return parts_; }
 
-  /// @return the record before the fit: instrument, field, method, weights, and notes on them.
+  /// @return a record with what is known before the fit: instrument, field, method, weights, and
+  ///         notes on these.
   [[nodiscard]] Calibration described() const;
 
  private:

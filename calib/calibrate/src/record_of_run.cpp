@@ -21,7 +21,8 @@ double magnitude_of(const PreparedRun& run) {
   return describe_field(run.experiment().table, run.parts()).magnitude;
 }
 
-// Sets the fitted vectors of the field's parts, and their sum at level 1.
+// Copies the fitted vectors of the field's parts, and the sum of the vectors at level 1, to
+// `field`.
 void put_field(const TableField& fitted, FieldDescription& field) {
   if (!fitted.has_vectors()) {
     field.in_table.reset();  // the readings state their fields
@@ -91,7 +92,8 @@ CalibrationConditions conditions_of_sessions(const Estimate& estimate) {
   return conditions;
 }
 
-// Computes bias and scale from the lengths of the field on six faces.
+// Computes bias and scale from the condition that the measured field has the known magnitude on all
+// six faces.
 void take_face_lengths(const PreparedRun& run, const FittedRun& fit, CountedEstimate& counted) {
   counted.by_lengths = fit_face_lengths(*fit.set, magnitude_of(run), counted.estimate);
   if (!counted.by_lengths && run.experiment().fit.method) {

@@ -41,7 +41,8 @@ void note_field_uncertainty(Calibration& calibration) {
                  field.model.empty() ? "" : ", model " + field.model, share)});
 }
 
-// Adds one note for each axis. A note names at most five readings and the number of the others.
+// Adds a note for each axis on readings to which robust regression gave weight 0. The note names at
+// most five readings, and states the number of the others.
 void note_readings_without_weight(Calibration& calibration) {
   const FitStatistics& statistics = *calibration.fit.statistics;
   if (statistics.robust_weight.size() == 0) {
@@ -74,7 +75,7 @@ void note_readings_without_weight(Calibration& calibration) {
 }
 
 // For method paired, adds a note if the averages of opposite readings leave fewer than 5 degrees of
-// freedom, and if method joint would leave more than twice that number.
+// freedom and method joint would leave more than twice as many.
 void note_few_averages(Calibration& calibration) {
   constexpr double few = 5.0;
   const FitStatistics& statistics = *calibration.fit.statistics;
@@ -94,8 +95,9 @@ void note_few_averages(Calibration& calibration) {
   }
 }
 
-// Adds a note if points were taken in the order of the design, or in the same order in each block.
-// A periodic disturbance, for example by a heating, can then change the coefficients unnoticed.
+// Adds a note if the design points were taken in the order of the standard design, or in the same
+// order in each block. A periodic disturbance, for example from a heater, can then change the
+// coefficients without being noticed.
 void note_fixed_order(const Observations& observations, Calibration& calibration) {
   std::map<int, std::vector<DesignPoint>> blocks;
   for (const Reading& reading : observations.readings) {
@@ -152,7 +154,7 @@ void add_notes(Calibration& calibration,
   note_few_averages(calibration);
   note_conditions(calibration);
   note_fixed_order(observations, calibration);
-  std::set<DesignPoint> rocking;  // points at which the cube rocks; usually empty
+  std::set<DesignPoint> rocking;  // design points at which the cube rocks; usually empty
   for (const Reading& reading : observations.readings) {
     if (reading.point && positioner.seat(*reading.point).rocks) {
       rocking.insert(*reading.point);

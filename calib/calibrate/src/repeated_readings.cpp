@@ -17,8 +17,8 @@
 namespace axiscal {
 namespace {
 
-// Finds stretches of consecutive readings that equal earlier readings in the same poses. All
-// readings of a stretch have the same distance, in rows, from the readings that they equal.
+// Finds series of consecutive readings that equal earlier readings in the same poses. In a series,
+// the distance in rows between a reading and the equal earlier reading is constant.
 std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
   const Observations& observations = run.observations();
   const Eigen::MatrixXd& y = observations.response;
@@ -58,8 +58,8 @@ std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
   return equal;
 }
 
-// Returns the noise of each axis, from the median of its absolute residuals. A few wrong readings
-// hardly change the median.
+// Returns the standard deviation of the noise of each axis. It is estimated from the median of the
+// absolute residuals, which a few wrong readings hardly change.
 Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
   Eigen::VectorXd sd = fit.estimate.statistics.residual_sd;
   if (run.method().by_magnitude || fit.set->seen.cols() > 0) {
@@ -76,8 +76,8 @@ Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
   return sd;
 }
 
-// Returns for each of the n readings the probability that another reading in the same pose equals
-// it in every axis.
+// Returns, for each of the n readings, the probability that another reading in the same pose is
+// equal in every axis by chance.
 Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
   const Eigen::VectorXd noise = noise_of(run, fit);
   const Eigen::MatrixXd& response = run.observations().response;
@@ -167,8 +167,8 @@ std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedR
     for (const auto& [original, copy] : repeats.rows) {
       probability *= chances(static_cast<Eigen::Index>(copy));
     }
-    // Most stretches fail the first condition, so the pairs in one pose are counted only for
-    // stretches that pass it.
+    // The pairs in one pose are counted only if the first condition is met, because that takes time
+    // and most series do not meet it.
     const auto& [original, copy] = repeats.rows.front();
     if (probability < rarest &&
         probability * pairs_in_one_pose(observations.readings, copy - original) < rarest) {

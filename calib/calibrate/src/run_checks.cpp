@@ -23,12 +23,12 @@
 namespace axiscal {
 namespace {
 
-// Returns true if the field is one local field, whose level cannot be set.
+// Returns true if the field is a single local field, so that its level cannot be set.
 bool is_local(const FieldSetup& field) {
   return field.others.empty() && field_kind(field.kind()).local;
 }
 
-// Checks that each column level.NAME has the name of a part of the field.
+// Checks that NAME in each column level.NAME is the name of a part of the field.
 void check_level_names(const Experiment& experiment, const Observations& observations) {
   std::set<std::string> stated;
   for (const Reading& reading : observations.readings) {
@@ -130,7 +130,8 @@ void check_readings(const Experiment& experiment, const Observations& observatio
   }
 }
 
-// Fence faces may be missing only if the field lies along the normal of a level table.
+// Checks readings without fence faces. They are allowed only if the field is parallel to the normal
+// of a level table.
 void check_without_fence(const Experiment& experiment, Method method) {
   constexpr const char* advice = "add the column 'fence', the face at the fence";
   if (!method_kind(method).directions_known) {

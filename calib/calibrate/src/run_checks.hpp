@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// Checks for every method that an experiment does not contradict itself or its readings.
+/// Checks that an experiment does not contradict itself or the readings, for any method.
 /// @throws SetupError, DomainError, RefusedError
 void check_run(const Experiment& experiment, const Observations& observations);
 
@@ -17,7 +17,7 @@ void check_temperature(const Experiment& experiment,
 
 /// Checks that the method supports the experiment and the readings.
 ///
-/// @param used      the readings that are not left out.
+/// @param used      the readings of the fit, without those that are left out.
 /// @param by_field  true if the readings state their fields.
 /// @throws SetupError, RefusedError
 void check_method(const Experiment& experiment,
@@ -26,7 +26,8 @@ void check_method(const Experiment& experiment,
                   Method method,
                   bool by_field);
 
-/// Checks that the readings' unit is a unit of the field's quantity. Volts are always allowed.
+/// Checks that the unit of the readings measures the same quantity as the field. Volts are always
+/// allowed.
 /// @throws SetupError
 void check_unit(const Instrument& instrument, const FieldDescription& field);
 

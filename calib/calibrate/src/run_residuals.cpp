@@ -42,15 +42,15 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   const bool has_magnitude = rank == 3;
   const bool by_magnitude = (!fitted.has_vectors() && !source.by_field()) ||
                             (method_kind(calibration.fit.method).by_length && has_magnitude);
-  // True for most instruments: the prediction needs only bias, S and the field.
+  // True if the prediction needs only bias, S and the field, which is the usual case.
   const bool plain = !calibration.sensor.temperature && calibration.sensor.also.empty() &&
                      !calibration.sensor.instrument.one_sided;
   std::vector<ReadingResidual> residuals;
   residuals.reserve(observations.readings.size());
   Eigen::VectorXd v;
   Eigen::VectorXd left;
-  // A matrix for two axes that were turned in a plane: it converts readings to the field in that
-  // plane. It is empty for other instruments.
+  // If the instrument has two axes and was turned in a plane, this matrix converts readings to the
+  // field in that plane. For other instruments it is empty.
   const Eigen::MatrixXd in_plane =
       method_kind(calibration.fit.method).by_magnitude && !has_magnitude ? inverse
                                                                          : Eigen::MatrixXd();
@@ -87,8 +87,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     }
     residual.response = v - left;
     for (Eigen::Index k = 0; k < left.size(); ++k) {
-      // The residual of an axis is NaN if the reading is out of its range, or if only the other
-      // axes used the reading. A reading of weight 0 keeps its residual.
+      // The residual of an axis is NaN if the reading is outside the range of the axis, or if only
+      // other axes used the reading. A reading of weight 0 keeps its residual.
       if (!source.in_range()(row, k) || (residual.used && !used(row, k))) {
         residual.response(k) = not_a_number;
       }

@@ -39,7 +39,7 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
   std::vector<FieldDescription> parts = resolve_field(experiment);
   for (FieldDescription& part : parts) {
     if (!part.in_table && !field_kind(part.kind).local && parts.size() == 1) {
-      part.in_table = part.magnitude * Eigen::Vector3d::UnitZ();  // a lamp above the table
+      part.in_table = part.magnitude * Eigen::Vector3d::UnitZ();  // by default above the table
     }
     if (!part.in_table) {
       throw SetupError(

@@ -6,12 +6,12 @@
 
 namespace axiscal {
 
-/// @return true if a reading states its attitude.
+/// @return true if at least one reading states its attitude.
 [[nodiscard]] bool has_attitudes(const Observations& observations);
 
-/// @return true if the stated attitudes are converted to fields. This needs method known, faces
-///         or bias. For method bias in a field of rotation, it also needs a site or a stated
-///         vector.
+/// @return true if the stated attitudes can be converted to fields. The method must be known, faces
+///         or bias. If it is bias and the field is an angular rate, a site or the field's vector
+///         must also be stated.
 [[nodiscard]] bool takes_attitudes(const Experiment& experiment, const Observations& observations);
 
 /// Computes the field of each reading from its stated attitude. The dividing head or sine plate

@@ -25,7 +25,7 @@ namespace {
 
 constexpr int cell_width = 14;
 
-constexpr std::size_t longest_label = 17;  // so that a row stays within 80 columns
+constexpr std::size_t longest_label = 17;  // with longer labels, a row would exceed 80 columns
 
 std::string cell(const std::string& text) {
   return formatted("{:>{}}", text, cell_width);
@@ -168,7 +168,7 @@ class Summary {
   }
 
   static std::string in_one_line(std::string lines) {
-    constexpr std::string_view goes_on = "\n    ";  // as wrapped() breaks a line
+    constexpr std::string_view goes_on = "\n    ";  // the line break that wrapped() inserts
     for (std::size_t at = lines.find(goes_on); at != std::string::npos; at = lines.find(goes_on)) {
       lines.replace(at, goes_on.size(), " ");
     }
@@ -254,7 +254,8 @@ class Summary {
         const PolarForm polar =
             polar_from_sensitivity(c_.sensor.response.sensitivity.row(k).transpose(), nominal,
                                    c_.sensor.instrument.convention);
-        // Without a field along its nominal direction, the direction of an axis is unknown.
+        // If no reading has a field along the nominal direction of an axis, the true direction of
+        // the axis is unknown.
         const bool is_seen = statistics_.sensitivity_se.rows() <= k ||
                              std::isfinite(statistics_.sensitivity_se(k, nominal));
         off.push_back(is_seen ? formatted("{:.3g}", polar.coning_angle_rad * deg_per_rad)
@@ -263,7 +264,7 @@ class Summary {
       const std::string& unit = c_.sensor.instrument.unit;
       text_ += formatted("noise of a reading (sd): {}{}\n", joined(noise),
                          unit == "1" ? "" : " " + unit);
-      if (!method_kind(c_.fit.method).by_length) {  // not determined by six faces
+      if (!method_kind(c_.fit.method).by_length) {  // method faces does not determine the angles
         text_ +=
             formatted("angles of the axes to their nominal directions: {} degrees\n", joined(off));
       }
@@ -316,8 +317,8 @@ class Summary {
     return formatted(".{}.{}", what, "xyz"[j]);
   }
 
-  // Returns the expanded uncertainty of a parameter of axis k, from scatter and stated inputs; NaN
-  // if it is unknown.
+  // Returns the expanded uncertainty of a parameter of axis k, due to scatter and stated inputs;
+  // NaN if it is unknown.
   // @param what  the parameter's name after the axis, for example ".bias".
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
     const std::string name = c_.sensor.instrument.axes[static_cast<std::size_t>(k)] + what;
@@ -363,7 +364,7 @@ class Summary {
     }
   }
 
-  // Adds the coefficients in the usual terms of this kind of instrument.
+  // Adds the quantities that are usual for this kind of instrument.
   void add_quantities() {
     const std::vector<KindQuantity> quantities = quantities_of(c_);
     if (quantities.empty()) {
@@ -463,7 +464,8 @@ class Summary {
     }
   }
 
-  // Adds the rotations of the other instruments' frames relative to this instrument's frame.
+  // Adds the rotations of the frames of the assembly's other instruments, relative to the frame of
+  // this instrument.
   void add_alignments() {
     if (c_.fit.slot_alignments.empty()) {
       return;
@@ -515,7 +517,8 @@ class Summary {
       dof.push_back(formatted("{:.4g}", statistics_.degrees_of_freedom(k)));
       const double r_squared = statistics_.r_squared(k);
       unexplained.push_back(std::isnan(r_squared) ? "-" : formatted("{:.1e}", 1.0 - r_squared));
-      // With few degrees of freedom, studentised residuals are huge by chance and useless.
+      // With few degrees of freedom, studentised residuals may be very large by chance, so they are
+      // not shown.
       constexpr double fewest_degrees_of_freedom = 4.0;
       double largest = std::nan("");
       for (Eigen::Index row = 0; row < statistics_.studentized.rows(); ++row) {
@@ -564,8 +567,8 @@ class Summary {
     }
   }
 
-  // Adds the temperature terms b1, c1, ... of bias(t) = b + b1 d + .. and scale(t) = 1 + c1 d + ..,
-  // where d = t - t0.
+  // Adds the temperature terms b1, c1, ... of bias(t) = b + b1 d + .. and scale(t) = 1 + c1 d + ..
+  // Here d = t - t0 is the deviation from the reference temperature t0.
   void add_temperature() {
     if (!c_.sensor.temperature) {
       return;
@@ -594,7 +597,7 @@ class Summary {
   }
 
   const Calibration& c_;
-  const FitStatistics blank_;  // for a record of other software
+  const FitStatistics blank_;  // used if the record has no statistics, e.g. from other software
   const FitStatistics& statistics_;
   std::vector<ParameterUncertainty> uncertainties_;
   std::size_t label_width_ = 4;
@@ -637,7 +640,7 @@ std::string field_size_sentence(const Calibration& calibration) {
                                                               ppm < 10.0 ? 2 : 4));
   };
   constexpr double unlikely = 0.01;
-  constexpr double next_to_nothing = 1e-6;  // a slope does not change the magnitudes
+  constexpr double next_to_nothing = 1e-6;  // a smaller effect is only rounding
   return formatted(
       "The measured value of {} scatters over {} orientations by {}; the noise of the readings "
       "explains {}{}{}.",

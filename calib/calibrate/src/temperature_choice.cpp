@@ -22,8 +22,8 @@ bool nothing_is_said(const TemperatureSetup& setup) {
   return setup.order == 0 && !setup.automatic && !setup.ignored;
 }
 
-// Returns the temperatures of the readings that are not left out; empty if one of these readings
-// lacks a temperature.
+// Returns the temperatures of the readings that are not left out. The list is empty if one of these
+// readings has no temperature.
 std::vector<double> temperatures_of(const std::vector<Reading>& readings,
                                     const std::vector<int>& left_out) {
   std::vector<double> temperatures;
@@ -39,8 +39,8 @@ std::vector<double> temperatures_of(const std::vector<Reading>& readings,
   return temperatures;
 }
 
-// Tests whether the residuals follow the temperature. Returns the smallest p-value of the axes,
-// with Bonferroni's correction.
+// Tests whether the residuals are correlated with the temperature. Returns the smallest p-value of
+// the axes, with Bonferroni's correction.
 double p_of_following(const ReadingSet& set,
                       const TableField& field,
                       const std::vector<double>& temperatures) {
@@ -57,8 +57,9 @@ double p_of_following(const ReadingSet& set,
     const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
     const Eigen::VectorXd r = y - X * (inverse * y);
     const double free = static_cast<double>((root.array() > 0.0).count() - rank) - 1.0;
-    // Only the part of the temperature's variation that the fit's columns do not explain is tested.
-    // If its share is below `independent`, the temperature depends on the poses and is not tested.
+    // The test uses only the part of the temperature's variation that is independent of the columns
+    // of the fit. If this part is below `independent`, the poses determine the temperature, and the
+    // axis is not tested.
     constexpr double independent = 1e-6;
     if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
       continue;
@@ -93,8 +94,8 @@ bool has_temperatures_enough(const Experiment& experiment, const Observations& o
 }
 
 bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials) {
-  // If the temperature has no effect, order 1 (two more terms for each of three axes) decreases
-  // AICc by more than this limit in only 0.1 % of the runs.
+  // If the temperature has no effect, order 1 (two more terms for each of three axes) lowers
+  // Akaike's information criterion AICc by more than this limit in only 0.1 % of the runs.
   constexpr double clear_gain = 10.0;
   return !trials.empty() &&
          std::any_of(trials.begin(), trials.end(), [&](const TemperatureOrderTrial& trial) {
@@ -111,8 +112,8 @@ void warn_of_ignored_temperature(const Experiment& experiment,
     return;
   }
   const auto [low, high] = std::minmax_element(temperatures.begin(), temperatures.end());
-  // Limits in degrees C. If an output is beyond the coldest or hottest limit, its unit is assumed
-  // to be another one, and its span is not judged.
+  // Limits in degrees C. If a temperature is outside `coldest` to `hottest`, it is probably in
+  // another unit, so the span is not tested.
   constexpr double much = 5.0;
   constexpr double coldest = -100.0;
   constexpr double hottest = 200.0;

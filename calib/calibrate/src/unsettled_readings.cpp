@@ -11,12 +11,12 @@
 namespace axiscal {
 namespace {
 
-constexpr Eigen::Index fewest_readings = 4;  // fewest readings of a laying that is tested
+constexpr Eigen::Index fewest_readings = 4;  // a laying with fewer readings is not tested
 constexpr std::size_t fewest_layings = 6;
 
-// Consecutive readings in one pose.
+// A series of consecutive readings in one pose, after the cube was laid down.
 struct Laying {
-  Eigen::Index first = 0;  // index in the list of rows
+  Eigen::Index first = 0;  // index of the first reading in the list of rows
   Eigen::Index readings = 0;
 };
 
@@ -41,13 +41,15 @@ std::vector<Laying> long_layings(const std::vector<Reading>& readings,
   return layings;
 }
 
-// The differences that the test compares: the first, or the last, reading of each laying minus the
-// mean of the laying's other readings. Each matrix has one row for each laying and m columns.
+// The differences that the test compares: the first (or the last) reading of each laying minus the
+// mean of the other readings of the laying. Each matrix has a row for each laying and a column for
+// each axis.
 struct Ends {
   Eigen::MatrixXd first;
   Eigen::MatrixXd last;
 };
 
+// Computes the differences of all layings.
 // @param left_out  number of readings to ignore at the start of each laying.
 Ends ends_of(const std::vector<Laying>& layings,
              const Eigen::MatrixXd& response,

@@ -121,7 +121,8 @@ Eigen::MatrixXd calibration_covariance(const Calibration& calibration) {
   return calibration.fit.statistics->covariance;
 }
 
-// The sign of the field along the table's normal: 1 for gravity, otherwise as in the record.
+// Returns the sign of the field along the table's normal. It is 1 for gravity; for other fields it
+// is that of the record.
 double sign_along_normal(const FieldDescription& field) {
   return !field_kind(field.kind).vertical && field.in_table && field.in_table->z() < 0.0 ? -1.0
                                                                                          : 1.0;
@@ -186,7 +187,7 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
         one.state.normals[face] - others.state.normals[face];
   }
   const Eigen::Matrix<double, 9, 1> d = others.basis.transpose() * difference;
-  // Both covariances in one basis. The two bases differ because the normals differ.
+  // Adds both covariances in the basis of `others`. The bases differ because the normals differ.
   const Eigen::Matrix<double, 9, 9> to = others.basis.transpose() * one.basis;
   const Eigen::Matrix<double, 9, 9> V =
       to * (one.noise + one.handed_on) * to.transpose() + others.noise + others.handed_on;
@@ -200,8 +201,8 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   return std::isinf(dof) ? chi_squared_upper_p(Q, 9.0) : f_upper_p(Q / 9.0, 9.0, dof);
 }
 
-// Returns the references of one instrument, or, if `without` is true, those of all other
-// instruments. In the result the instruments are numbered from 0 again.
+// Returns the references of one instrument. If `without` is true, returns the references of all
+// other instruments. In the result the instruments are numbered from 0 again.
 std::vector<SolidReference> part_of(const std::vector<SolidReference>& references,
                                     std::size_t instrument,
                                     bool without) {
@@ -216,7 +217,8 @@ std::vector<SolidReference> part_of(const std::vector<SolidReference>& reference
   return part;
 }
 
-// Compares the cube as measured by each instrument with the cube as measured by all others.
+// For each instrument, compares the cube that it measured with the cube that all other instruments
+// measured.
 void compare_instruments(const std::vector<SolidReference>& references,
                          const CharacterizeOptions& options,
                          Characterization& result) {
@@ -312,7 +314,8 @@ std::string micro(double radian) {
   return significant(1e6 * radian);
 }
 
-// The scatter of the readings in an instrument's calibration [field unit]; NaN if it is not stated.
+// Returns the scatter of the readings in an instrument's calibration [field unit]; NaN if the
+// record does not state it.
 double scatter_of_record(const Calibration& calibration) {
   if (!calibration.fit.statistics ||
       calibration.fit.statistics->residual_sd.size() != calibration.sensor.response.bias.size()) {
@@ -326,7 +329,7 @@ double scatter_of_record(const Calibration& calibration) {
 // Warns of references with a large scatter. A mistake in one reference increases its scatter, but
 // the test between the instruments does not always detect it.
 void warn_of_scatter(const std::vector<Reference>& references, Characterization& result) {
-  constexpr double suspicious = 5.0;  // times the expected scatter
+  constexpr double suspicious = 5.0;  // a scatter above 5 times the expected one gives a warning
   for (const ReferenceResult& own : result.references) {
     std::vector<double> others;
     for (const ReferenceResult& other : result.references) {
@@ -388,7 +391,7 @@ std::set<DesignPoint> points_of(const std::vector<SolidReference>& solid) {
   return points;
 }
 
-// Adds notes to the positioner's file that explain its uncertainties.
+// Adds notes that explain the uncertainties to the description of the positioner.
 void describe_in_notes(const CharacterizeOptions& options,
                        const Characterization& result,
                        bool all_have_covariance,

@@ -31,7 +31,7 @@ double dof_of(const RecordErrors& record) {
   return record.degrees_of_freedom > 0.0 ? record.degrees_of_freedom : dof_of_exact;
 }
 
-// The instruments whose variances do not differ significantly, and their mean variance.
+// The instruments whose records' variances do not differ significantly, and their mean variance.
 struct Pool {
   std::vector<bool> comparable;
   double mean = 0.0;

@@ -9,22 +9,23 @@
 
 namespace axiscal {
 
-/// The errors that a record states.
+/// The uncertainty of a record's coefficients, and the quantities that scale it.
 struct RecordErrors {
   // Covariance of b and S by axis, 4m x 4m; zero if the record states none.
   Eigen::MatrixXd covariance;
-  double degrees_of_freedom = 0.0;  // of the covariance, summed over the axes; 0: infinite
-  SensitivityMatrix sensitivity;    // m x 3
-  double F = 1.0;                   // length of the field at level 1
+  // Degrees of freedom of `covariance`, summed over the axes; 0: infinite.
+  double degrees_of_freedom = 0.0;
+  SensitivityMatrix sensitivity;  // sensitivities of the record, m x 3
+  double F = 1.0;                 // magnitude of the field at level 1
 };
 
 /// The prior covariance of an instrument's errors, before its readings in the new cube.
 struct RecordPrior {
   Eigen::MatrixXd root;             // covariance = root root^T, 4m x rank
-  double degrees_of_freedom = 0.0;  // of the covariance; 0: infinite
+  double degrees_of_freedom = 0.0;  // degrees of freedom of the covariance; 0: infinite
 };
 
-/// Priors of several instruments.
+/// Computes the priors of several instruments from their records.
 ///
 /// Variances with few degrees of freedom are inaccurate, and weights from them favour an axis whose
 /// variance is small by chance. Therefore each axis's variance is shrunk towards the mean variance

@@ -18,7 +18,7 @@
 namespace axiscal {
 namespace {
 
-// Rotates the frame of the cube so that its normals fit the nominal cube best.
+// Rotates the frame of the cube so that the normals agree best with those of the nominal cube.
 void fix_gauge(SolidState& state) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const Face face : all_faces) {
@@ -33,7 +33,7 @@ void fix_gauge(SolidState& state) {
   }
 }
 
-// Two tangents of each normal as columns, 18 x 12.
+// Returns a matrix (18 x 12) whose columns are two tangents of each face normal.
 Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
   Eigen::Matrix<double, 18, 12> T = Eigen::Matrix<double, 18, 12>::Zero();
   for (Eigen::Index r = 0; r < 6; ++r) {
@@ -42,8 +42,8 @@ Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
   return T;
 }
 
-// Returns the combinations of the 12 tangents that keep sum e_r cross n_r = 0 (12 x 9), where e_r
-// and n_r are the nominal and the actual normal of face r.
+// Returns the combinations of the 12 tangents (12 x 9) that do not turn the cube as a whole: they
+// keep sum e_r cross n_r = 0. e_r and n_r are the nominal and the actual normal of face r.
 Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T) {
   Eigen::Matrix<double, 3, 12> constraint = Eigen::Matrix<double, 3, 12>::Zero();
   for (const Face face : all_faces) {
@@ -68,13 +68,14 @@ Factor factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names)
 
 }  // namespace
 
-// The column of each parameter.
+// The columns of the fit's parameters in the Jacobian.
 struct SolidFit::Layout {
   Eigen::Matrix<double, 12, 9> gauge;
   Eigen::Matrix<double, 18, 12> tangents;
-  // First column of each reference: mount 3, fields 2 L, bias m, scale m.
+  // First column of each reference. Its columns are 3 for the mount, 2 for each slope of the table,
+  // and m each for bias and scale if these are fitted.
   std::vector<Eigen::Index> reference;
-  std::vector<Eigen::Index> shift;  // the first column of each instrument
+  std::vector<Eigen::Index> shift;  // first column for the error of each instrument's record
   std::vector<std::string> names;
   Eigen::Index columns = 0;
 };
@@ -97,7 +98,7 @@ SolidFit::SolidFit(const std::vector<SolidReference>& references,
 LinearResponse SolidFit::response_of(const SolidState& state, std::size_t reference) const {
   const SolidReference& own = references_[reference];
   const Eigen::VectorXd change =
-      priors_[own.instrument].root * state.shift[own.instrument];  // b, S by axis
+      priors_[own.instrument].root * state.shift[own.instrument];  // changes of b and S, by axis
   LinearResponse response{.bias = state.bias[reference], .sensitivity = own.calibrated.sensitivity};
   for (Eigen::Index axis = 0; axis < response.bias.size(); ++axis) {
     response.bias(axis) += change(4 * axis);
@@ -127,7 +128,7 @@ SolidState SolidFit::start() const {
   for (const RecordPrior& prior : priors_) {
     state.shift.emplace_back(Eigen::VectorXd::Zero(prior.root.cols()));
   }
-  // For each reference the outward normals that its readings give, in the frame of the sensor.
+  // For each reference, the outward normals computed from its readings, in the frame `sensor`.
   std::vector<std::map<Face, Eigen::Vector3d>> seen;
   for (const SolidReference& reference : references_) {
     const auto [inverse, rank] = pseudo_inverse_with_rank(reference.calibrated.sensitivity);
@@ -243,9 +244,9 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
 Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
                                    const Layout& layout,
                                    const std::vector<double>& sigma) const {
-  // The derivative of each seat with respect to each tangent, by central differences. With feet,
-  // the turn to the fence has no simple formula. The differences are accurate, because the
-  // rotations are smooth functions of the normals.
+  // Computes the derivative of each seat's rotation with respect to each tangent by central
+  // differences. If the cube has feet, its turn towards the fence has no simple formula. The
+  // differences are accurate, because the rotations are smooth functions of the normals.
   constexpr double step = 1e-5;
   const Positioner cube = positioner_of(state.normals);
   std::vector<Positioner> forward;
@@ -445,7 +446,7 @@ struct SolidFit::Problem {
   [[nodiscard]] double cost(const Place& at, const Linear& /*before*/) const {
     return fit.residuals(at.state, sigma).squaredNorm();
   }
-  // The length of a step of the normals and of the first reference's mount [rad].
+  // Returns the length of a step in the normals and the first reference's mount [rad].
   [[nodiscard]] static double length(const Place& at,
                                      const Eigen::VectorXd& step,
                                      const Linear& /*there*/) {
@@ -461,8 +462,8 @@ SolidSolution SolidFit::solve() const {
   Place place{.state = start(), .layout = {}};
   place.layout = layout(place.state);
   solution.sigma.assign(references_.size(), 1e-3 * references_.front().F);
-  // The scatter determines the weight of the records, and the fit determines the scatter. Therefore
-  // the fit is repeated.
+  // The fit is repeated, because the scatter determines the weight of the records in the fit, and
+  // the fit determines the scatter.
   constexpr int rounds_of_scatter = 4;
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
     const Problem problem{.fit = *this, .sigma = solution.sigma};

@@ -23,13 +23,14 @@ struct SolidReference {
   // Covariance of b and S by axis, 4m x 4m; zero if the record states none.
   Eigen::MatrixXd covariance;
   double calibration_dof = 0.0;  // degrees of freedom of `covariance`; 0: infinite
-  double F = 1.0;                // length of the field at level 1
+  double F = 1.0;                // magnitude of the field at level 1
   double sign = 1.0;             // -1 if the field points into the table
-  // Index of the instrument; several references may have the same.
+  // Zero-based index of the instrument. Several references may be from one instrument.
   std::size_t instrument = 0;
   std::vector<double> root_weights;  // one for each reading; their mean square is 1
-  std::vector<std::size_t> levels;   // for each reading the index of its slope, from 0
-  std::size_t level_count = 1;
+  // For each reading, the zero-based index of the slope of the table that applies to it.
+  std::vector<std::size_t> levels;
+  std::size_t level_count = 1;  // number of different slopes of the table
 };
 
 struct SolidState {
@@ -38,36 +39,36 @@ struct SolidState {
   // Field in the table frame, for each reference and slope.
   std::vector<std::vector<Eigen::Vector3d>> fields;
   std::vector<Eigen::VectorXd> bias;  // one for each reference
-  // Factors of the record's sensitivities, m for each reference.
+  // Factors by which the record's sensitivities are multiplied, m for each reference.
   std::vector<Eigen::VectorXd> scale;
-  // For each instrument the record's error, as factors of RecordPrior::root.
+  // For each instrument, the estimated error of its record. The error of the coefficients is
+  // RecordPrior::root times this vector.
   std::vector<Eigen::VectorXd> shift;
 };
 
 /// The cube, the mounts and the slopes that fit all readings best.
 struct SolidSolution {
   SolidState state;
-  std::vector<double> sigma;    // for each reference the scatter of a reading [field unit]
-  std::vector<int> worst_runs;  // for each reference the run with the largest residual
+  std::vector<double> sigma;    // scatter of a reading, for each reference [field unit]
+  std::vector<int> worst_runs;  // run with the largest residual, for each reference
   double degrees_of_freedom = 0.0;
   double calibration_dof = 0.0;        // effective degrees of freedom of handed_on; 0: infinite
-  Eigen::Matrix<double, 18, 9> basis;  // spans the changes of the normals that the gauge allows
+  Eigen::Matrix<double, 18, 9> basis;  // basis of the normals' changes that do not turn the cube
   Eigen::Matrix<double, 9, 9> noise;   // covariance of the normals in `basis`, from the readings
-  // Covariance in `basis`, from the instruments' calibrations.
+  // Covariance of the normals in `basis`, from the errors of the instruments' calibrations.
   Eigen::Matrix<double, 9, 9> handed_on;
   std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, from the readings
 };
 
-/// Least squares of a solid positioner (method.md, section 9).
+/// Least-squares fit of the face normals of a cube (method.md, section 9).
 ///
-/// The errors of the records are parameters with the records' covariances as their prior (random
-/// effects; generalised least squares). Therefore a difference between instruments does not
-/// increase the scatter of their readings.
+/// The errors of the records are fitted too, with the records' covariances as their prior (random
+/// effects). Therefore a difference between instruments does not increase the scatter of their
+/// readings.
 class SolidFit {
  public:
-  /// @param references  the readings; must outlive the fit. SolidReference::instrument counts from
-  ///                    0.
-  /// @param drawing     the cube whose feet, if it has any, turn with the normals.
+  /// @param references  the readings; must outlive the fit.
+  /// @param drawing     the cube of the drawing. If it has feet, they turn with the fitted normals.
   SolidFit(const std::vector<SolidReference>& references,
            const Positioner& drawing,
            bool free_bias_and_scale);

@@ -24,7 +24,8 @@
 namespace axiscal {
 namespace {
 
-// Reweights until the weights converge, then computes the covariance of the robust estimate.
+// Fits one axis robustly: repeats the fit with bisquare weights until the weights converge, then
+// computes the covariance of the estimate.
 void make_robust(AxisRegression& axis,
                  const LeastSquaresDesign& plain,
                  const Eigen::MatrixXd& design,
@@ -51,8 +52,8 @@ void make_robust(AxisRegression& axis,
   axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
   axis.fit.covariance = axis.fit.residual_sd * axis.fit.residual_sd * plain.unscaled_covariance();
   axis.fit.leverage = plain.leverage();
-  // The diagnostics must show readings of robust weight 0 too, so all residuals are scaled by the
-  // robust scatter.
+  // Readings with robust weight 0 need diagnostics too, so all residuals are divided by the robust
+  // standard deviation.
   const Eigen::VectorXd weighted = root.cwiseProduct(axis.fit.residuals);
   ResidualDiagnostics diagnostics =
       scale_residuals(weighted, plain.leverage(), axis.fit.residual_sd, p);
@@ -110,10 +111,10 @@ void require_robust_freedom(double degrees_of_freedom) {
 
 namespace {
 
-// Sums over the readings with the same number, for example the readings of a laying.
+// Sums over readings with the same number, for example the consecutive readings in one pose.
 struct ReadingSums {
   double weight = 0.0;
-  double residual = 0.0;  // weighted
+  double residual = 0.0;  // sum of weight times residual
   double first = 0.0;     // residual of the first reading, not weighted
   int count = 0;
 };
@@ -140,7 +141,7 @@ std::vector<ReadingSums> sums_by_number(const std::vector<int>& numbers,
   return all;
 }
 
-// The weighted sum of squares of means, and their number.
+// The weighted sum of the squared mean residuals of groups, and the number of groups.
 struct SquaresOfMeans {
   double squares = 0.0;
   double count = 0.0;
@@ -200,7 +201,7 @@ LackOfFit test_lack_of_fit(const RegressionRows& rows,
   if (!(pure_error_dof > 0.0)) {
     return result;
   }
-  // If the readings of each group are equal, the pure error is 0.
+  // If the readings within each group are equal, the pure error is 0.
   const double pure_error =
       scatters ? std::max(of_layings.squares - between, 0.0) / pure_error_dof : 0.0;
   result.pure_error_sd = std::sqrt(pure_error);
@@ -306,7 +307,7 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
     const Reading& reading = set.readings[i];
     // For method magnitude, readings may have neither point nor field; their groups are not used.
     const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
-    // If the temperature is continuous, no two readings are repeats.
+    // If the temperature changes continuously, no two readings are repeats.
     const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);
     Key key{has_field ? std::nullopt : reading.point, soak, {}, reading.level};
     if (has_field) {

@@ -12,35 +12,38 @@
 
 namespace axiscal {
 
-/// The regression of one axis's response on [1, f, second fields].
+/// The regression of one axis's readings on its columns: a constant, the components of the field,
+/// and further terms.
 struct AxisRegression {
   LeastSquaresFit fit;
-  Eigen::VectorXd variance_inflation;  // one for each column
+  Eigen::VectorXd variance_inflation;  // variance inflation factor of each column
   double condition_number = 1.0;
-  Eigen::VectorXd weights;         // the given weights
-  Eigen::VectorXd robust_weights;  // empty unless robust
+  Eigen::VectorXd weights;         // weights without the robust weights
+  Eigen::VectorXd robust_weights;  // empty if the fit is not robust
 };
 
 /// The rows of a regression, and their groups of repeats.
 struct RegressionRows {
   std::vector<RegressionRow> rows;  // their diagnostics are filled in by summarize()
-  std::vector<int> group;           // rows with the same number are repeats
-  std::vector<int> laying;          // rows with the same number are one laying; empty: each row is
-                                    // its own laying
+  std::vector<int> group;           // group number of each row; the rows of a group are repeats
+  // Number of each row's series. A series contains the consecutive readings at one design point. If
+  // the vector is empty, each row is a series of its own.
+  std::vector<int> laying;
 };
 
 /// Axes of a set that have the same design and weights, and therefore share a factorisation.
 struct AxesAlike {
   const ReadingSet& set;
   Eigen::Index first = 0;                       ///< index of the first axis in the set
-  const FactoredDesign& factored;               ///< the design with the weights
+  const FactoredDesign& factored;               ///< factorisation of the weighted design
   const Eigen::MatrixXd& design;                ///< n x p
   Eigen::VectorXd weights;                      ///< n
   Eigen::Ref<const Eigen::MatrixXd> responses;  ///< n x r
-  /// parameter names for error messages
+  /// returns the parameter names of an axis, for error messages
   std::function<std::vector<std::string>(Eigen::Index axis)> names;
 };
 
+/// Fits each axis by weighted least squares, or robustly if the set asks for it.
 /// @return one regression for each axis.
 [[nodiscard]] std::vector<AxisRegression> regress(const AxesAlike& axes);
 
@@ -48,20 +51,21 @@ struct AxesAlike {
 ///                       wrong reading.
 void require_robust_freedom(double degrees_of_freedom);
 
-/// 1 - RSS / total sum of squares about the weighted mean.
+/// Returns R^2 = 1 - RSS / TSS. RSS is the sum of squares of the weighted residuals. TSS is the
+/// weighted sum of squares of the response about its weighted mean.
 [[nodiscard]] double r_squared_about_mean(const Eigen::VectorXd& response,
                                           const Eigen::VectorXd& weights,
                                           const Eigen::VectorXd& weighted_residuals);
 
 /// Tests one axis for lack of fit: compares the scatter of the groups about the model with the pure
-/// error. Pure error is the scatter within a group. It is computed from the means of layings,
-/// because all readings of one laying have the same laying error.
+/// error. Pure error is the scatter within a group. It is computed from the means over consecutive
+/// readings at one design point, because such readings share the error of the cube's seat.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
-/// @param effects             number of columns of the run's effects. These columns differ between
-///                            repeats, so their degrees of freedom are subtracted from those of the
-///                            pure error.
-/// @param robust_weights      empty unless robust; a reading of weight 0 is ignored.
-/// @return F and p are NaN if one of the two parts has zero degrees of freedom.
+/// @param effects             number of columns for shifts of blocks, a step, a drift and a memory.
+///                            These columns differ between repeats, so their degrees of freedom are
+///                            subtracted from those of the pure error.
+/// @param robust_weights      empty if the fit is not robust; a reading of weight 0 is ignored.
+/// @return F and p are NaN if the lack of fit or the pure error has no degrees of freedom.
 [[nodiscard]] LackOfFit test_lack_of_fit(const RegressionRows& rows,
                                          const Eigen::VectorXd& weights,
                                          const Eigen::VectorXd& weighted_residuals,
@@ -70,8 +74,7 @@ void require_robust_freedom(double degrees_of_freedom);
                                          Eigen::Index effects,
                                          const Eigen::VectorXd& robust_weights = {});
 
-/// Returns statistics for all axes in which only the rows and the numbers of observations have
-/// values.
+/// Returns statistics of all axes. Only the rows and the numbers of observations have values.
 [[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);
 
 /// Stores the diagnostics of axis k in the statistics.
@@ -91,8 +94,9 @@ void require_response(const ReadingSet& set);
                                  const std::vector<AxisRegression>& axes,
                                  RegressionRows rows);
 
-/// Returns the group number of each of the n readings. The readings of a group have the same level,
-/// temperature and design point, or the same stated field.
+/// Returns the group number of each of the n readings. The readings of a group have the same level
+/// and temperature. They also have the same stated field or, if no field is stated, the same design
+/// point.
 [[nodiscard]] std::vector<int> groups_of_readings(const ReadingSet& set);
 
 /// @return the rows of the regression, with the numbers of groups_of_readings().

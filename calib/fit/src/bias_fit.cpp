@@ -29,9 +29,9 @@ namespace {
 
 // What the constant term of the bias polynomial contains.
 enum class Constant {
-  bias,         // the bias: the response to the field is subtracted, or is 0
-  from_record,  // includes the response to the field; the bias is that of experiment.from
-  as_read,      // includes the response to the field; there is no record
+  bias,         // only the bias; the response to the field is subtracted, or is 0
+  from_record,  // bias and response to the field; the bias is taken from the record experiment.from
+  as_read,      // bias and response to the field; no record is given
 };
 
 Eigen::MatrixXd powers(const Eigen::VectorXd& d, int order) {
@@ -140,7 +140,7 @@ Constant what_constant_is(const Experiment& experiment,
   return Constant::as_read;
 }
 
-// The field at each reading in the sensor's frame; n x 3.
+// Returns the field at each reading in the sensor's frame; n x 3.
 Eigen::MatrixX3d fields_met(const ReadingSet& set, const Calibration& calibration) {
   Eigen::MatrixX3d fields(set.size(), 3);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -158,7 +158,7 @@ Eigen::MatrixX3d fields_met(const ReadingSet& set, const Calibration& calibratio
 
 // Adds the uncertainty of the subtracted response to the field, which comes from the record's
 // sensitivities.
-// @param mean_field  mean field of the readings in the sensor's frame.
+// @param mean_field  mean of the field over the readings, in the sensor's frame.
 void add_uncertainty_of_field(const Eigen::Vector3d& mean_field, FitStatistics& statistics) {
   const Eigen::Index m = statistics.bias_se.size();
   const Eigen::Index p = statistics.covariance.rows() / m;
@@ -207,9 +207,9 @@ void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
   }
 }
 
-// Returns the order of the polynomial. It is the stated order, or it is chosen by trials; the
-// trials are stored in `temperature`. Throws RankDeficientError if the readings are at too few
-// temperatures.
+// Returns the order of the polynomial. If the order is automatic, it is chosen by trials, which are
+// stored in `temperature`. Otherwise it is the stated order. Throws RankDeficientError if the
+// readings are at too few temperatures.
 int settled_order(const Experiment& experiment,
                   const ReadingSet& set,
                   TemperatureResponse& temperature) {
@@ -229,7 +229,7 @@ int settled_order(const Experiment& experiment,
   return order;
 }
 
-// Statistics whose values are NaN until the axes are fitted.
+// Returns statistics whose values are NaN until the axes are fitted.
 FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   FitStatistics statistics;
   statistics.observations = static_cast<int>(readings);
@@ -243,19 +243,21 @@ FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   return statistics;
 }
 
-// The uncertainty of an axis's polynomial for a sweep. It has two parts: the changes of the
-// polynomial when one tenth of the readings after the other is left out (jackknife), and the
-// difference between the readings on the way up and those on the way down (the two branches).
+// The uncertainty of an axis's polynomial for a sweep of the temperature. The first part is the
+// scatter of ten fits, each without one tenth of the readings (jackknife). The second part is the
+// difference between the two branches: the readings at rising and at falling temperature.
 struct SweepScatter {
-  Eigen::VectorXd u;             // order + 1: by jackknife
-  double independent = 0.0;      // equivalent number of independent readings
-  Eigen::MatrixXd branches;      // covariance of the coefficients, if the bias may lie anywhere
-                                 // between the branches; 0: the branches agree
+  Eigen::VectorXd u;         // standard uncertainties of the order + 1 coefficients, by jackknife
+  double independent = 0.0;  // equivalent number of independent readings
+  // Covariance of the coefficients for a bias that may lie anywhere between the branches; 0 if the
+  // branches agree.
+  Eigen::MatrixXd branches;
   double half_difference = 0.0;  // half of the largest difference between the branches [unit]
 };
 
 // Computes the uncertainty of the polynomial `fit` of one axis.
-// @param ways  direction of the sweep at each reading, 1 or -1; empty: one direction only.
+// @param ways  1 for each reading at rising temperature, -1 for each reading at falling
+//              temperature; empty if the sweep has only one direction.
 SweepScatter scatter_of_sweep(const ReadingSet& set,
                               Eigen::Index axis,
                               int order,
@@ -306,7 +308,7 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
 
 // Includes two errors of a long sweep in the uncertainty: consecutive readings are correlated, and
 // the biases differ between the way up and the way down.
-// @param places  indices of an axis's coefficients among its parameters.
+// @param places  indices of the polynomial's coefficients among the parameters of an axis.
 void add_sweep_scatter(const ReadingSet& set,
                        const std::vector<Eigen::Index>& places,
                        const Eigen::MatrixXd& responses,
@@ -437,7 +439,8 @@ void put_standard_errors(const std::vector<Eigen::Index>& places, Calibration& c
   }
 }
 
-// @param left  residuals of the source's readings, n x m.
+// Stores the residuals of all readings. Readings that the fit does not use get NaN.
+// @param left  residuals of the readings in `source`, n x m.
 void put_residuals(const Observations& observations,
                    const ReadingSource& source,
                    const Eigen::MatrixXd& left,
@@ -503,7 +506,8 @@ void fit_bias(const Experiment& experiment,
   temperature.scale.setZero(m, order);
   temperature.bias_se.resize(m, order);
   temperature.scale_se.setConstant(m, order, not_a_number);
-  // Parameters of an axis: bias, the sensitivities if there is a record, bias.d, ...
+  // The parameters of an axis are the bias, three sensitivities (only if a record is given), and
+  // the temperature coefficients of the bias.
   const Eigen::Index given = experiment.from ? 3 : 0;
   const Eigen::Index p = 1 + given + order;
   statistics.covariance.setZero(p * m, p * m);

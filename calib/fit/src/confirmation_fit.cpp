@@ -49,7 +49,7 @@ ReadingSet both_of(ReadingSet set, const ReadingSet& kept_out) {
   return set;
 }
 
-// The cosines of the angles between the field at the readings and the axes, n x m.
+// Returns the cosine of the angle between the field and each axis, for each reading; n x m.
 Eigen::MatrixXd cosines_of(const ReadingSet& set, const Solution& solution) {
   const Eigen::MatrixXd f =
       field_design(set, solution.field()).middleCols<3>(1).rowwise().normalized();
@@ -66,11 +66,11 @@ ReadingSet with_noise_ratio(ReadingSet set, const Eigen::MatrixXd& cosines, doub
 }
 
 struct Likelihood {
-  double minus_twice_log = 0.0;  // restricted
-  double loss = 1.0;             // dof_reduction_factor()
+  double minus_twice_log = 0.0;  // -2 times the restricted log likelihood, up to a constant
+  double loss = 1.0;             // result of dof_reduction_factor()
 };
 
-// nullopt if the readings do not determine the fit.
+// Returns the likelihood of the readings, or nullopt if they do not determine the fit.
 std::optional<Likelihood> likelihood_of(const ReadingSet& set,
                                         const TableField& field,
                                         bool known_field) {
@@ -132,8 +132,9 @@ Eigen::MatrixXd contrasts_of(const std::vector<Reading>& readings, const IsShift
   return contrasts;
 }
 
-// Returns the largest p-value of the kept-out readings. It is searched over those noise ratios that
-// the readings of the fit do not reject at 5 %.
+// Computes the p-value of the kept-out readings for several ratios of the noise across the field to
+// the noise along it. Returns the largest one, over the ratios that the readings of the fit do not
+// reject at 5 %.
 std::optional<double> p_of_kept_out(const ReadingSet& fitted,
                                     const ReadingSet& all,
                                     const std::vector<std::size_t>& places,

@@ -18,8 +18,8 @@ bool CurvatureFTest::pool_variances_if_equal(const Eigen::Ref<const Eigen::Vecto
                                     ? Eigen::VectorXd(set.noise_ratio.cwiseAbs2())
                                     : Eigen::VectorXd(Eigen::VectorXd::Ones(m));
   const Eigen::VectorXd squares = (layings_.squares + left).cwiseQuotient(ratio);
-  // Degrees of freedom that each axis loses: its own columns, the column f_k^2, and its share of
-  // the directions.
+  // Degrees of freedom that each axis loses to its own columns, to the column f_k^2, and to its
+  // share of the two parameters of the field's direction.
   const double taken = static_cast<double>(set.column_count()) + 1.0 +
                        (directions_ ? 2.0 / static_cast<double>(m) : 0.0);
   Eigen::VectorXd free(m);
@@ -66,7 +66,7 @@ std::optional<CurvatureFit> IndependentCurvature::fit(const Eigen::VectorXd& var
   return bend;
 }
 
-// Solves the normal equations; `right` receives their right side.
+// Solves the normal equations. `right` receives their right-hand side.
 std::optional<Eigen::VectorXd> IndependentCurvature::solved(const Eigen::VectorXd& variances,
                                                             bool bent,
                                                             Eigen::VectorXd& right) const {

@@ -13,20 +13,23 @@
 
 namespace axiscal {
 
-/// The result of a fit with columns f_k^2, one for each axis, or without them.
+/// The result of a fit with columns f_k^2, one for each axis k, or without them. f_k is the field
+/// along axis k.
 struct CurvatureFit {
   Eigen::VectorXd estimate;         // coefficients of the columns f_k^2
-  double squares = 0.0;             // weighted sum of squares, including those of shared errors
-  Eigen::VectorXd squares_of_axis;  // m sums of squares, not weighted
+  double squares = 0.0;             // weighted sum of squares of the residuals and of shared errors
+  Eigen::VectorXd squares_of_axis;  // sum of squares of each of the m axes, not weighted
 };
 
-/// Tests whether the axes' responses bend, by an F test of the columns f_k^2. The fits use the
-/// variances given to the constructor, unless the residuals agree with equal variances of all axes
-/// or a ratio of the variances is stated. The variances are then pooled, with the residuals of the
-/// fit that includes the columns, because a bend increases the residuals of the other fit.
+/// Tests whether the axes' responses are curved, by an F test of the columns f_k^2. The fits use
+/// the variances given to the constructor, with two exceptions: the residuals agree with equal
+/// variances of all axes, or a ratio of the variances is stated. The variances are then estimated
+/// from all axes together, in the fit with the columns. A curved response would increase the
+/// residuals of the fit without them.
 class CurvatureFTest {
  public:
-  /// @param layings      the layings of the readings; must outlive this object.
+  /// @param layings      means over consecutive readings at one design point; must outlive this
+  ///                     object.
   /// @param directions   true if the field's directions are fitted.
   /// @param columns      number of fitted columns without the columns f_k^2.
   /// @param variances    variances of the m axes, then of the seats if they are fitted, from the
@@ -44,7 +47,7 @@ class CurvatureFTest {
 
   /// @param fit  function that returns a CurvatureFit at the present variances, or nullopt if the
   ///             readings do not determine it. Its argument is true to include the columns f_k^2.
-  /// @param F    the field's length.
+  /// @param F    magnitude of the field.
   template <typename Fit>
   [[nodiscard]] std::optional<CurvatureTest> by(const Fit& fit, double F) {
     auto after = fit(true);
@@ -74,7 +77,7 @@ class CurvatureFTest {
   }
 
  private:
-  // The number of readings of an axis; each reading of a laying counts.
+  // Returns the number of readings of an axis before they are averaged.
   [[nodiscard]] double readings_of(Eigen::Index axis) const;
 
   // Sets one variance for all axes, or variances in the stated ratio, if the residuals do not
@@ -88,26 +91,27 @@ class CurvatureFTest {
   Eigen::VectorXd variances_;
 };
 
-/// The fit of CurvatureFTest if the axes share columns, but no random errors such as seats. Sums
-/// over each axis are then sufficient.
+/// The fits for CurvatureFTest if the axes share no random errors such as those of seats. Sums over
+/// the readings of each axis are then sufficient, even if the axes share columns.
 class IndependentCurvature {
  public:
-  /// Sums of products over the readings of an axis, after projection off its own columns. The
-  /// columns are the shared ones, then the axis's column f_k^2.
+  /// Sums of products over the readings of one axis. The columns are the shared ones, then f_k^2 of
+  /// this axis. All are made orthogonal to the columns that only this axis has.
   struct Axis {
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     double squares = 0.0;
-    Eigen::VectorXd lengths;  // squared lengths of the columns before projection
+    Eigen::VectorXd lengths;  // squared norms of the columns before they are made orthogonal
   };
 
-  /// @param errors  number of shared columns that are errors of inputs with variance 1.
+  /// @param errors  number of input errors. Their columns are the last ones of the shared columns;
+  ///                their coefficients have the variance 1.
   explicit IndependentCurvature(Eigen::Index errors) : errors_(errors) {}
 
   /// Adds an axis.
-  /// @param P, y     the shared columns with f_k^2 as the last one, and the readings; both after
-  ///                 projection off the axis's own columns.
-  /// @param lengths  squared lengths of these columns before projection.
+  /// @param P        the shared columns, then f_k^2, orthogonal to the axis's own columns.
+  /// @param y        the readings, orthogonal to the axis's own columns.
+  /// @param lengths  squared norms of the columns of P before they were made orthogonal.
   void add(const Eigen::MatrixXd& P, const Eigen::VectorXd& y, const Eigen::VectorXd& lengths) {
     axes_.push_back({.information = P.transpose() * P,
                      .gradient = P.transpose() * y,
@@ -115,6 +119,7 @@ class IndependentCurvature {
                      .lengths = lengths});
   }
 
+  /// @param bent  true to include the columns f_k^2.
   /// @return nullopt if the readings do not determine the fit.
   [[nodiscard]] std::optional<CurvatureFit> fit(const Eigen::VectorXd& variances, bool bent) const;
 

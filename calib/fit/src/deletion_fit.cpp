@@ -15,13 +15,13 @@
 namespace axiscal {
 namespace {
 
-// If less than this fraction of a column's square remains, the other readings do not determine its
-// coefficient.
+// Limit for the squared norm of a column that remains after projection and without the left-out
+// readings, as a fraction. Below it, the remaining readings do not determine the coefficient.
 constexpr double open_below = 1e-11;
 
 // The matrices and errors of one axis at the d readings that are left out.
 struct AxisLeftOut {
-  // K B with K = (1 - Q Q^T)^-1 = 1 + Q M Q^T.
+  // Returns the product K B. K is the matrix (1 - Q Q^T)^-1 = 1 + Q M Q^T.
   [[nodiscard]] Eigen::MatrixXd times_K(const Eigen::MatrixXd& B) const {
     return B + Q * (M * (Q.transpose() * B));
   }
@@ -29,15 +29,15 @@ struct AxisLeftOut {
     return 1.0 + (Q * M).cwiseProduct(Q).rowwise().sum().array();
   }
 
-  Eigen::MatrixXd Q;       // d x p
-  Eigen::MatrixXd M;       // p x p
+  Eigen::MatrixXd Q;       // d x p: rows of the orthonormal basis of the design
+  Eigen::MatrixXd M;       // p x p: (1 - Q^T Q)^-1
   Eigen::VectorXd errors;  // d: prediction errors before a step of the shared unknowns
-  Eigen::MatrixXd shared;  // d x s: change of these errors per unit of this step, negated
+  Eigen::MatrixXd shared;  // d x s: negative derivatives of `errors` by the shared unknowns
 };
 
-// The fit of the other readings.
+// The fit of the readings that are not left out.
 struct Others {
-  // Returns the d weighted errors of the prediction for the deleted readings of an axis.
+  // Returns the d weighted prediction errors of an axis at the readings that are left out.
   [[nodiscard]] Eigen::VectorXd errors(std::size_t k) const {
     return axes[k].errors - axes[k].shared * fit.estimate;
   }
@@ -68,10 +68,10 @@ std::optional<Others> others_of(const Solution& solution,
   Others others;
   std::vector<ResponseSums> sums;
   Eigen::VectorXd start(smallest.size());
-  // sum over axes of the squared norms of the shared columns, without the rows of the left-out
-  // readings, divided by the axis's variance
+  // squared norms of the shared columns over the remaining readings: each axis's squared norm is
+  // divided by its variance, then the axes are summed
   Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());
-  // the part of these squares that remains after projection off the own columns
+  // the same squared norms after projection off the columns that only one axis has
   Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());
   for (const AxisSolution& axis : solution.axes) {
     const auto k = static_cast<Eigen::Index>(sums.size());
@@ -106,14 +106,14 @@ std::optional<Others> others_of(const Solution& solution,
   return others;
 }
 
-// The difference between contrasts of one axis and their prediction, not weighted, with its
-// covariance.
+// The contrasts of one axis minus their prediction, not weighted. The covariance is that of this
+// difference.
 struct ContrastError {
-  Eigen::VectorXd error;       // q
+  Eigen::VectorXd error;       // one for each of the q contrasts
   Eigen::MatrixXd covariance;  // q x q
 };
 
-// `nullopt` if the axis does not use all the readings.
+// Returns nullopt if the axis does not use all of the readings that are left out.
 std::optional<ContrastError> contrast_error(const Others& others,
                                             std::size_t k,
                                             const Eigen::VectorXd& root_weights,
@@ -130,8 +130,8 @@ std::optional<ContrastError> contrast_error(const Others& others,
                                      shared * others.fit.covariance * shared.transpose()};
 }
 
-// Adds the residuals of the other readings in their own fit to `tails`, each divided by its
-// standard deviation.
+// Adds residuals to `tails`, each divided by its standard deviation. They are the residuals of the
+// fit without the left-out readings, at the readings that this fit uses.
 void add_others(const AxisSolution& axis,
                 const Others& others,
                 std::size_t k,

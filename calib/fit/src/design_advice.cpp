@@ -16,7 +16,7 @@ namespace axiscal {
 namespace {
 
 Eigen::Index rank_for_advice(const Eigen::MatrixXd& matrix) {
-  constexpr double worthwhile = 1e-6;  // a point that barely determines a coefficient does not help
+  constexpr double worthwhile = 1e-6;  // threshold of the rank; excludes points that barely help
   return Factor(matrix, worthwhile).rank();
 }
 
@@ -45,7 +45,7 @@ std::string points_to_add(const Eigen::MatrixXd& design,
       try {
         rows = rows_for(entry.point, level);
       } catch (const RefusedError&) {
-        continue;  // the cube cannot be laid at this point
+        continue;  // the cube cannot be placed at this design point
       }
       Eigen::MatrixXd longer(extended.rows() + rows.rows(), design.cols());
       longer << extended, rows;
@@ -64,7 +64,7 @@ std::string points_to_add(const Eigen::MatrixXd& design,
 OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design) {
   OpenParameters open_ones{.names = {}, .seen = design};
   std::vector<std::string>& names = open_ones.names;
-  std::optional<std::vector<Eigen::Index>> of_all;  // undetermined columns if all rows count
+  std::optional<std::vector<Eigen::Index>> of_all;  // columns that all rows leave undetermined
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     // If the rows are averages of readings, every axis uses all of them.
     const bool own_rows = design.rows() == set.size() && (set.weights.col(k).array() == 0.0).any();

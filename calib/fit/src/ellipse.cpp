@@ -21,9 +21,9 @@
 namespace axiscal {
 namespace {
 
-constexpr Eigen::Index parameters = 5;  // b, A
+constexpr Eigen::Index parameters = 5;  // two components of b, and three entries of the symmetric A
 
-// |A (v - b)| = 1, A symmetric.
+// The ellipse of the readings v with |A (v - b)| = 1. A is symmetric.
 struct Ellipse {
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
   Eigen::Matrix2d A = Eigen::Matrix2d::Identity();
@@ -63,19 +63,20 @@ Ellipse conic_through(const Eigen::MatrixX2d& v) {
   return at;
 }
 
-// The ellipse through a cloud of readings, for gauss_newton().
+// The problem for gauss_newton(): fits an ellipse to the readings of two axes.
 class EllipseProblem {
  public:
   using State = Ellipse;
   struct Linear : Linearised {
-    Eigen::VectorXd root_weights;  // n: factors of the length deviations
+    Eigen::VectorXd root_weights;  // n: factors of the deviations |A (v - b)| - 1
   };
 
   EllipseProblem(const Eigen::MatrixX2d& v, const Eigen::VectorXd& root_weights)
       : v_(v), root_weights_(root_weights) {}
 
-  // Deviations of the length and their derivatives with respect to b, A11, A12, A22, scaled to
-  // noise of sd 1.
+  // Computes the deviations |A (v - b)| - 1 and their derivatives with respect to b, A11, A12 and
+  // A22. Both are scaled so that readings with noise of standard deviation 1 give deviations of
+  // standard deviation 1.
   void linearise(const Ellipse& at, Linear& linear) const {
     linear.residuals.resize(v_.rows());
     linear.jacobian.resize(v_.rows(), parameters);
@@ -84,7 +85,7 @@ class EllipseProblem {
       const Eigen::Vector2d e = v_.row(i).transpose() - at.b;
       const Eigen::Vector2d f = at.A * e;
       const Eigen::Vector2d u = f.normalized();
-      const Eigen::Vector2d along = at.A * u;  // how |f| changes with the reading
+      const Eigen::Vector2d along = at.A * u;  // derivative of |f| with respect to the reading
       const double w = root_weights_(i) / along.norm();
       linear.root_weights(i) = w;
       linear.residuals(i) = w * (f.norm() - 1.0);

@@ -12,7 +12,8 @@
 
 namespace axiscal {
 
-inline constexpr Eigen::Index ellipsoid_parameters = 9;  // b, and six entries of A = S^-1
+/// Number of parameters: three components of the bias b, and six entries of the matrix A = S^-1.
+inline constexpr Eigen::Index ellipsoid_parameters = 9;
 
 using EllipsoidParameters = Eigen::Matrix<double, ellipsoid_parameters, 1>;
 
@@ -20,19 +21,20 @@ using EllipsoidParameters = Eigen::Matrix<double, ellipsoid_parameters, 1>;
 inline constexpr std::array<std::array<int, 2>, 6> ellipsoid_entries = {
     {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
 
-/// f = A (v - b), for readings that were centred and scaled so that all numbers are near 1.
+/// The parameters that convert a reading v to the field f = A (v - b). The readings are centred and
+/// scaled so that all numbers are near 1.
 struct Ellipsoid {
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
 };
 
-/// The readings about their middle, scaled so that the field has a length near 1.
+/// The readings minus their middle, scaled so that the field has a magnitude near 1.
 struct EllipsoidCloud {
   Eigen::MatrixXd v;             // n x 3
   Eigen::VectorXd root_weights;  // n
   Eigen::Matrix3d noise;         // covariance of a reading's noise, up to a factor
   MagnitudeShape shape = MagnitudeShape::symmetric;
-  std::vector<std::string> names;  // names of the parameters for errors
+  std::vector<std::string> names;  // parameter names for error messages
 
   [[nodiscard]] Eigen::Index size() const { return v.rows(); }
 };
@@ -42,9 +44,10 @@ struct EllipsoidCloud {
                                         const EllipsoidParameters& step,
                                         MagnitudeShape shape);
 
-/// Deviations |f| - 1 and their derivatives, in units of a reading's noise.
+/// The deviations |f| - 1 and their derivatives, both divided by the standard deviation of |f|.
 struct LinearisedEllipsoid : Linearised {
-  Eigen::VectorXd scale;  // n: 1 / standard deviation of |f|, for noise of 1
+  // n: 1 / standard deviation of |f|, for readings with noise of standard deviation 1
+  Eigen::VectorXd scale;
 };
 
 [[nodiscard]] LinearisedEllipsoid linearise_ellipsoid(const EllipsoidCloud& cloud,

@@ -39,9 +39,10 @@ std::optional<std::vector<int>> faces_met(const ReadingSet& set,
   return all ? std::optional(faces) : std::nullopt;
 }
 
-// Bias and scale of each axis: v_k = b_k + s_k f_main(k).
+// The bias b and the scale s of each axis. Axis k reads b_k + s_k f_c if c = main[k] is the
+// component of the field along this axis.
 struct Diagonal {
-  std::vector<Eigen::Index> main;  // component of each axis
+  std::vector<Eigen::Index> main;  // component of the field along each axis
   Eigen::VectorXd b, s;            // m
 
   // Returns the field along each of the m axes, computed from a reading [field unit].
@@ -64,12 +65,12 @@ std::optional<std::vector<Eigen::Index>> main_components(const SensitivityMatrix
   return main;
 }
 
-// The weight of a reading for all axes together.
+// Returns the mean weight of a reading over the axes.
 double weight_of(const ReadingSet& set, Eigen::Index i) {
   return set.weights.row(i).mean();
 }
 
-// Bias and scale of each axis from its own two faces.
+// Computes the bias and scale of each axis from the two faces that put this axis along the field.
 Diagonal six_point_formula(const ReadingSet& set,
                            const std::vector<int>& faces,
                            std::vector<Eigen::Index> main,
@@ -94,14 +95,16 @@ Diagonal six_point_formula(const ReadingSet& set,
   return at;
 }
 
-// A solution with the covariance of b and s, 2m x 2m, for noise of sd 1 [field unit].
+// The fitted biases b and scales s, with their 2m x 2m covariance. The covariance is that for
+// readings with noise of 1 field unit.
 struct LengthSolution {
   Diagonal at;
   Eigen::MatrixXd unscaled_covariance;
-  double squares = 0.0;  // weighted, of the deviations |f| - F [field unit^2]
+  double squares = 0.0;  // weighted sum of the squared deviations |f| - F [field unit^2]
 };
 
-// Bias and scale of three axes by |f_i| = F, for gauss_newton().
+// The problem for gauss_newton(): fits the bias and scale of three axes so that the field f_i of
+// each reading has the magnitude F.
 class LengthProblem {
  public:
   using State = Diagonal;
@@ -182,7 +185,7 @@ LengthSolution solved_by_faces(const ReadingSet& set,
   return {.at = std::move(at), .unscaled_covariance = C};
 }
 
-// The scatter of a reading [field unit] and its degrees of freedom.
+// The standard deviation of a reading [field unit] and its degrees of freedom.
 struct Scatter {
   double sd = 0.0;
   double degrees_of_freedom = 0.0;
@@ -202,8 +205,8 @@ Scatter scatter_of(const ReadingSet& set,
           .degrees_of_freedom = statistics.degrees_of_freedom.sum()};
 }
 
-// Returns for each axis the mean square of its readings on the faces of the other axes, relative to
-// F^2. It contains the lean of the faces and the cross-axis terms.
+// Returns for each axis the mean square of the field that it reads on the faces of the other axes,
+// relative to F^2. The tilt of the faces and the cross-axis terms contribute to it.
 Eigen::VectorXd transverse_squares(const ReadingSet& set,
                                    const std::vector<int>& faces,
                                    const Diagonal& at,
@@ -247,8 +250,8 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   const Scatter scatter = scatter_of(set, solution, estimate);
   const Eigen::VectorXd transverse = transverse_squares(set, *faces, at, F);
   const Eigen::MatrixXd C = scatter.sd * scatter.sd * solution.unscaled_covariance;
-  // The second-order effect of the lean, as a fraction. It applies to b as a fraction of s F, and
-  // to s as a fraction of s.
+  // The second-order effect of the tilt of the faces: the relative error of s, and the error of b
+  // relative to s F.
   const double second = 0.5 * transverse.sum();
   statistics.covariance.setZero();
   estimate.response.bias = at.b;

@@ -30,7 +30,7 @@ bool can_be_checked(const Experiment& experiment,
                       [&](const Reading& reading) { return field.is_dark(reading.level); });
 }
 
-// Scatter of a reading of each axis, and its degrees of freedom.
+// The standard deviation of a reading for each axis, and its degrees of freedom.
 struct Noise {
   Eigen::VectorXd sd;
   double degrees_of_freedom = 0.0;
@@ -52,9 +52,9 @@ Noise noise_of(const FitStatistics& statistics) {
   return repeats.by_repeats ? repeats : own;
 }
 
-// Returns the probability that the lengths scatter this much by chance. If the noise was estimated
-// from the residuals, it includes the deviations of the lengths. The deviations are then compared
-// with the other part of the residuals.
+// Returns the probability that the measured magnitudes of the field scatter this much by chance. If
+// the noise was estimated from the residuals, it includes the deviations of the magnitudes. The
+// deviations are then compared with the other part of the residuals.
 double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) {
   const double rest = noise.degrees_of_freedom - own_dof;
   if (noise.by_repeats || !noise_alone || !(rest >= 1.0)) {
@@ -66,31 +66,32 @@ double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) 
   return left > 0.0 ? f_upper_p(std::max(ratio * rest / left, 1e-12), own_dof, rest) : 0.0;
 }
 
-// The contributions of the readings' noise and of shared errors to the lengths.
+// The scatter of the measured magnitudes of the field, and the parts that the readings' noise and
+// errors of the inputs are expected to cause.
 struct LengthScatter {
-  double squares = 0.0;  // sum of squares of the lengths' deviations
-  double by_noise = 0.0;
-  double by_inputs = 0.0;
-  double of_square = 0.0;  // sum of squares of the lengths' covariance
+  double squares = 0.0;    // sum of the squared deviations of the magnitudes
+  double by_noise = 0.0;   // expected sum of squares from the noise
+  double by_inputs = 0.0;  // expected sum of squares from errors of the inputs
+  double of_square = 0.0;  // sum of the squared elements of the magnitudes' covariance
 
   [[nodiscard]] double expected() const { return by_noise + by_inputs; }
 };
 
-// The field with which a run's readings are compared, and the axes' noise.
+// The field with which the readings of a run are compared, and the noise of the axes.
 struct LengthSetup {
   const ReadingSet& set;
   const TableField& field;
   const Eigen::Matrix3d inverse;  // inverse of the sensitivity S
-  const Eigen::Vector3d pure;     // the noise of each axis, in units of its sigma
-  const Eigen::MatrixXd changes;  // derivatives with respect to the inputs' errors, (n m) x c, m
-                                  // rows for each reading
+  const Eigen::Vector3d pure;     // noise of each axis, relative to the residuals of the fit
+  const Eigen::MatrixXd changes;  // derivatives of the readings with respect to the c errors of the
+                                  // inputs, (n m) x c; m rows for each reading
 };
 
 LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
   const ReadingSet& set = setup.set;
   const Eigen::Index n = set.size();
   LengthScatter scatter;
-  // Derivatives of the lengths with respect to the readings, in units of each reading's scatter.
+  // Derivatives of the magnitudes with respect to the readings in units of their noise.
   Eigen::MatrixX3d A(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -105,8 +106,8 @@ LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
     }
     scatter.squares += std::pow((met + setup.inverse * above).norm() - met.norm(), 2);
   }
-  // The covariance of the lengths is A (1 - K K^T) V (1 - K K^T) A^T. V is the covariance of the
-  // noise, and K K^T is the projection onto the fit. The rows of axis k are K_k = [Q_k, P_k], where
+  // The covariance of the magnitudes is A (1 - K K^T) V (1 - K K^T) A^T. V is the covariance of the
+  // noise, and K K^T is the hat matrix of the fit. Axis k has the rows K_k = [Q_k, P_k] of K, with
   // Q_k^T Q_k = 1 and Q_k^T P_k = 0.
   Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(n, run.shared_basis_of_axis(0).cols());
   const bool shares = in_shared.cols() > 0;
@@ -179,7 +180,8 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   if (!(expected > 0.0)) {
     return std::nullopt;
   }
-  // Satterthwaite's degrees of freedom: chi^2 with the mean and variance of the sum of squares.
+  // Satterthwaite's degrees of freedom: a scaled chi^2 distribution with the mean and variance of
+  // the sum of squares.
   const double own_dof = expected * expected / scatter.of_square;
   const double F = field.magnitude();
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(set.size())) / F; };

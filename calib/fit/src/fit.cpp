@@ -21,8 +21,8 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
   return sigma;
 }
 
-// Returns a matrix with one row for each reading. Row i is the sum over the axes k of by(i, k)
-// times the row of reading i of axis k.
+// Returns a matrix with one row for each reading. Row i is a weighted sum of the rows that the axes
+// have for reading i; the weight of axis k is by(i, k).
 // @param columns_of  function that returns an axis's own columns, then the shared columns, n x (p +
 //                    s).
 template <typename ColumnsOf>
@@ -87,12 +87,12 @@ Fit::Fit(const SolvedReadings& run, const TableField& field, Eigen::VectorXd sig
 Fit::Fit(const SolvedReadings& run, const Estimate& estimate)
     : Fit(run, estimate.field, scatter_of(run.set(), estimate)) {}
 
-// Computes a root of the covariance Z of the shared unknowns. With the root T_k of the covariance
-// of an axis's own columns and U_k = take_up, the axis's coefficients have the covariance sigma_k^2
-// T_k T_k^T + U_k Z U_k^T.
+// Computes a root R of the covariance Z = R R^T of the shared unknowns. The coefficients of axis k
+// have the covariance sigma_k^2 T_k T_k^T + U_k Z U_k^T. T_k is the result of root_of_covariance()
+// for the axis's design, and U_k is its matrix `take_up`.
 void Fit::find_root_of_shared() {
   const Eigen::Index D = shared();
-  constexpr double dependent = 1e-12;  // fraction of a column's square
+  constexpr double dependent = 1e-12;  // limit for the independent fraction of a column's square
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < axes(); ++k) {
@@ -245,7 +245,7 @@ Eigen::MatrixXd Fit::information() const {
 }
 
 Eigen::MatrixXd Fit::solution_change(const Eigen::MatrixXd& changes) const {
-  if (has_full_rank_) {  // R K^T changes
+  if (has_full_rank_) {  // x = R K^T changes; R: root of the covariance; K: basis of the columns
     Eigen::MatrixXd x(column_count(), changes.cols());
     Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(shared(), changes.cols());
     for (Eigen::Index k = 0; k < axes(); ++k) {
@@ -331,8 +331,8 @@ void WiderIntervals::widen(Eigen::Index parameter, double variance, double degre
     return;
   }
   statistics.interval_95(parameter) = interval;
-  // If the cause's variance is smaller than that of the readings, the difference is chance, and
-  // nothing is added.
+  // If the variance of this cause is smaller than that of the readings, the difference is chance,
+  // and the covariance does not change.
   const double more = std::max(variance - statistics.covariance(parameter, parameter), 0.0);
   statistics.covariance(parameter, parameter) += more;
   component_.covariance(parameter, parameter) += more;

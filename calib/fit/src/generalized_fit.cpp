@@ -22,8 +22,8 @@
 namespace axiscal {
 namespace {
 
-// Returns the starting value of each axis's scatter. It is the scatter of the fit, or 1e-9 of the
-// axis's response if the residuals are 0.
+// Returns the starting value of each axis's standard deviation. It is that of the fit's residuals.
+// If they are 0, it is 1e-9 of the axis's response to the field.
 Eigen::VectorXd first_scatter(const Estimate& estimate) {
   Eigen::VectorXd sigma = estimate.statistics.residual_sd;
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
@@ -34,7 +34,7 @@ Eigen::VectorXd first_scatter(const Estimate& estimate) {
   return sigma;
 }
 
-// The component "seats" of the scatter; null if the statistics do not have this component.
+// Returns the component "seats" of the scatter, or null if the statistics do not have it.
 const ScatterComponent* seats_of(const FitStatistics& statistics) {
   const auto found =
       std::find_if(statistics.components.begin(), statistics.components.end(),
@@ -44,7 +44,9 @@ const ScatterComponent* seats_of(const FitStatistics& statistics) {
 
 class GeneralizedFit {
  public:
-  // @param run  fit of the layings. All references must outlive this object.
+  // @param layings  means over consecutive readings at one design point.
+  // @param run      the solver for these means.
+  // All references must outlive this object.
   GeneralizedFit(const Layings& layings,
                  const SolvedReadings& run,
                  const std::vector<InputQuantity>& inputs,
@@ -63,8 +65,8 @@ class GeneralizedFit {
     if (found != nullptr && seats) {
       variances_(m) = found->sd(0) * found->sd(0);
     } else if (seats) {
-      // The starting value is a rotation that changes the readings with half the variance of the
-      // noise.
+      // The starting value is the variance of a rotation that causes half the variance of the
+      // noise in the readings.
       const Eigen::ArrayXd turn =
           start.response.sensitivity.rowwise().norm().array() * field_.magnitude();
       variances_(m) = 0.5 * (variances_.head(m).array() / turn.square()).mean();
@@ -87,8 +89,9 @@ class GeneralizedFit {
            clearly_less;
   }
 
-  // @param seats_at_least  degrees of freedom of the seats' variance. If the first round finds
-  //                        fewer, the search ends, because later rounds hardly change them.
+  // Estimates the variances, the coefficients and the field in rounds until they converge.
+  // @param seats_at_least  least degrees of freedom of the seats' variance; 0: no limit. If a round
+  //                        finds fewer, the search ends, because later rounds hardly change them.
   // @return false if the readings do not determine the fit, or if the seats' variance has fewer
   //         degrees of freedom.
   bool solve(double seats_at_least = 0.0) {
@@ -131,7 +134,7 @@ class GeneralizedFit {
     return true;
   }
 
-  // Tests columns f_k^2 at the initial fields.
+  // Tests for curvature of the axes, by columns f_k^2. f_k is the initial field along axis k.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const Fit run = about_field();
     CurvatureFTest test(layings_, !run_.known_field(), run.column_count(), variances_);
@@ -148,14 +151,14 @@ class GeneralizedFit {
                    F);
   }
 
-  // Standard deviation of the cube's rotation each time it is laid down, about each axis [rad]; 0:
-  // not fitted or not found.
+  // Returns the standard deviation [rad], about each axis, of the cube's rotation between
+  // placements. It is 0 if the rotation is not fitted or not found.
   [[nodiscard]] double seat_sd() const {
     return seats_ ? std::sqrt(variances_(set_.axis_count())) : 0.0;
   }
 
-  // True if the seats' variance theta has more than the given degrees of freedom. The variance has
-  // 2 (theta / u)^2 of them, where u is its standard error.
+  // Returns true if the variance of the seats has more than the given degrees of freedom. The
+  // variance theta with the standard error u has 2 (theta / u)^2 degrees of freedom.
   [[nodiscard]] bool sees_seats(double degrees_of_freedom) const {
     return seat_sd() > 0.0 &&
            fit_->component_degrees_of_freedom(set_.axis_count()) > degrees_of_freedom;
@@ -268,7 +271,7 @@ class GeneralizedFit {
     return fit_->information(axis, axis) * variances_(axis) * variances_(axis);
   }
 
-  // Returns the weighted squared field along an axis.
+  // Returns the squared field along an axis, times the root of the readings' weights.
   [[nodiscard]] Eigen::VectorXd squares_of(const Fit& run, Eigen::Index k) const {
     const Eigen::VectorXd met = run.field_met(k) * run.sensitivity(k).normalized().transpose();
     return set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
@@ -289,8 +292,8 @@ class GeneralizedFit {
         [](Eigen::Index sum, const InputQuantity& one) { return sum + one.parts; });
   }
 
-  // The starting variances of a round. If the seats' variance is 0, it starts above 0, so that it
-  // can increase.
+  // Returns the starting variances of a round. If the seats' variance is 0, it starts above 0, so
+  // that it can increase.
   [[nodiscard]] Eigen::VectorXd start() const {
     Eigen::VectorXd from = variances_;
     const Eigen::Index m = set_.axis_count();
@@ -339,19 +342,19 @@ class GeneralizedFit {
   const std::vector<InputQuantity>& inputs_;
   bool seats_;
   TableField field_;
-  Eigen::VectorXd variances_;  // sigma_k^2 of the m axes, then tau^2 if seats are fitted
+  Eigen::VectorXd variances_;  // of the noise of m axes; then of the seats if they are fitted
   Eigen::VectorXd smallest_;
   Eigen::MatrixXd coefficients_;  // p x m
   std::optional<VarianceFit> fit_;
 };
 
-// True if the fit looks for the cube's seats.
+// Returns true if the fit includes random rotations of the cube at its seats.
 bool looks_for_seats(const Experiment& experiment,
                      const ReadingSet& set,
                      const Layings& layings,
                      const Estimate& estimate) {
   constexpr Eigen::Index fewest = 24;
-  constexpr Eigen::Index most = 2000;  // a cube is not laid down more often
+  constexpr Eigen::Index most = 2000;  // nobody places a cube more often in one calibration
   if (experiment.fit.seats == SeatSetup::none || experiment.fit.robust ||
       !estimate.field.has_vectors() || set.axis_count() < 2 || set.field.is_sum()) {
     return false;
@@ -362,8 +365,9 @@ bool looks_for_seats(const Experiment& experiment,
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
 }
 
-// True if shared errors can be estimated: the fields follow from the design points and are the same
-// for all axes, and the readings determine all coefficients.
+// Returns true if shared errors can be estimated. This requires that the design points determine
+// the fields, that all axes are in the same field, and that the readings determine all
+// coefficients.
 bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
   return estimate.field.has_vectors() && !set.rotation_sensor_from_table.empty() &&
          set.visible.empty() && set.seen.cols() == 0;

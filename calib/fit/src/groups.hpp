@@ -24,7 +24,7 @@ class Groups {
   template <typename KeyOf, typename Counts>
   Groups(std::size_t n, const KeyOf& key_of, const Counts& counts) : numbers_(n, none) {
     using Key = std::decay_t<decltype(key_of(std::size_t{0}))>;
-    constexpr std::size_t few = 48;  // up to here a linear search is faster than a map
+    constexpr std::size_t few = 48;  // for up to 48 members, a linear search is faster than a map
     if (n <= few) {
       std::vector<Key> keys;
       keys.reserve(n);
@@ -61,7 +61,7 @@ class Groups {
     return std::span(members_).subspan(starts_[group], starts_[group + 1] - starts_[group]);
   }
 
-  /// @return n: the group of each member.
+  /// @return the group number of each of the n members.
   [[nodiscard]] const std::vector<int>& numbers() const { return numbers_; }
 
  private:
@@ -72,7 +72,8 @@ class Groups {
         ++starts_[static_cast<std::size_t>(number)];
       }
     }
-    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());  // the end of each group
+    // starts_ now contains the end of each group. The loop below moves it to the group's start.
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
     members_.resize(starts_.back());
     for (std::size_t i = numbers_.size(); i-- > 0;) {
       if (numbers_[i] != none) {
@@ -83,7 +84,8 @@ class Groups {
 
   std::vector<int> numbers_;
   std::vector<std::size_t> members_;
-  std::vector<std::size_t> starts_;  // index of each group's first member in members_, then the end
+  // Index in members_ of the first member of each group. The last element is the number of members.
+  std::vector<std::size_t> starts_;
 };
 
 }  // namespace axiscal

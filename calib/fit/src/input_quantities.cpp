@@ -56,13 +56,13 @@ std::vector<InputQuantity> input_quantities(const Experiment& experiment,
          .parts = axes.cols(),
          .change = [&set, u, axes](Eigen::Index i, Eigen::Index k, const TableField& f) {
            const Eigen::Vector3d met = set.seen_in_table(k, i, f);
-           // w cross f = -(f cross w).
+           // A small rotation w changes the field f by w cross f = -(f cross w).
            return Eigen::Matrix3Xd(set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *
                                    (-u * cross_matrix(met) * axes));
          }});
   };
   if (known_field && experiment.stated.slope_u > 0.0) {
-    // A slope turns the field about the table's x and y.
+    // An error of the slope rotates the field about the axes x and y of the table.
     add_turns("levelness", experiment.stated.slope_u, Eigen::Matrix<double, 3, 2>::Identity());
   }
   if (known_field && experiment.stated.direction_u_rad > 0.0) {

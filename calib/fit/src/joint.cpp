@@ -71,8 +71,8 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
         const Model reweighted(given.readings(), false, weights);
         state = reweighted.solved(reweighted.at(state->place), sigma).state;
       });
-  // The covariance uses the given weights and the robust scatter. The estimate and the residuals
-  // are those of the robust fit.
+  // The covariance uses the robust standard deviations, but not the robust weights. The estimate
+  // and the residuals are those of the robust fit.
   const auto robust_state = std::make_shared<Solution>(*given.at(state->place));
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     AxisSolution& axis = robust_state->axes[static_cast<std::size_t>(k)];
@@ -90,8 +90,8 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
   return estimate;
 }
 
-// Determines the signs of S and f, because (S, f) and (-S, -f) fit equally well. The sign follows
-// from a stated direction, or else from the expected sign of S.
+// Determines the signs of S and f, because (S, f) and (-S, -f) fit equally well. If a direction of
+// the field is stated, the sign follows from it. Otherwise it follows from the expected sign of S.
 // @return true if the fields must be reversed; nullopt if neither criterion determines the sign.
 std::optional<bool> is_reversed(const ReadingSet& set,
                                 const Solution& state,

@@ -11,8 +11,8 @@
 namespace axiscal {
 namespace {
 
-// The covariance of the field's direction; it is larger if the weights are estimated (method.md,
-// section 4).
+// Stores the covariance of the field's direction. The covariance is larger if the weights of the
+// axes were estimated (method.md, section 4).
 void describe_direction(const ReadingSet& set, const JointSolution& solution, Estimate& estimate) {
   const Eigen::VectorXd& nu = solution.shares.degrees_of_freedom;
   if (!(nu.minCoeff() > 0.0)) {
@@ -26,11 +26,12 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
       solution.weights_are_estimated ? 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum() : 1.0;
   const Eigen::MatrixXd C = factor * solution.shares.covariance;
   const Solution& state = *solution.state;
-  // The mean field is the sum of the parts, or the mean over the blocks.
   double largest = 0.0;
   for (const Eigen::Vector3d& vector : state.field().vectors()) {
     largest = std::max(largest, vector.norm());
   }
+  // The derivative of the mean field with respect to the fitted directions. The mean field is the
+  // sum of the field's parts, or the mean over the blocks.
   Eigen::Matrix<double, 3, Eigen::Dynamic> T(3, state.direction_count());
   for (std::size_t s = 0; s < state.field().size(); ++s) {
     const Eigen::Index first = state.first_direction(s);
@@ -38,8 +39,8 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
         state.field().change_of_mean(s) * (state.field().step_unit(s) * state.tangents[s]);
     const Eigen::Index own = state.tangents[s].cols();
     const Eigen::MatrixXd spread = C.block(first, first, own, own);
-    // The direction of a small part, for example the Earth's rotation on a turntable, counts in
-    // proportion to its size.
+    // The uncertainty of a part's direction counts in proportion to the size of the part. A small
+    // part is, for example, the Earth's rotation on a turntable.
     const double weight = set.field.is_sum() ? state.field().step_unit(s) / largest : 1.0;
     estimate.direction.se_rad = std::max(
         estimate.direction.se_rad, weight * std::sqrt(symmetric_eigen(spread).values.maxCoeff()));
@@ -66,7 +67,7 @@ Estimate describe_joint(const ReadingSet& set,
   estimate.field = state.field();
   const Eigen::Index p = set.coefficient_count();
   std::optional<LeastSquaresDesign> design;
-  Eigen::MatrixXd take_up(p * m, C.rows());  // for the coefficients of all axes
+  Eigen::MatrixXd take_up(p * m, C.rows());  // take_up of all axes, one below the other
   for (Eigen::Index k = 0; k < m; ++k) {
     take_up.middleRows(p * k, p) = state.axes[static_cast<std::size_t>(k)].take_up.topRows(p);
   }

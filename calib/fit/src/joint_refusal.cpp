@@ -20,8 +20,8 @@
 namespace axiscal {
 namespace {
 
-// The rows that a reading at another point would add to the Jacobian. The field is that of the
-// first levelness.
+// Returns the rows that a reading at another design point would add to the Jacobian. The table has
+// the slope of the first block.
 Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
                               const JointSolution& solution,
                               const DesignPoint& point,
@@ -30,7 +30,7 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.readings = {Reading{.block = set.field.blocks().front(), .point = point, .level = level}};
   one.response = Eigen::MatrixXd::Zero(1, set.axis_count());
   one.rotation_sensor_from_table = {set.orientation(point)};
-  one.field_then.clear();                        // at the mean time
+  one.field_then.clear();                        // the field is that at the mean time
   one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference temperature
   one.effects.columns = Eigen::MatrixXd::Zero(1, set.effects.columns.cols());
   one.effects.memory.resize(0, 0);

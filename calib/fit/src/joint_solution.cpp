@@ -23,7 +23,7 @@ double pooled_scatter(const ReadingSet& set, const Solution& state, double dof) 
   return std::max(std::sqrt(rss / dof), set.rounding());
 }
 
-// The lower limits of the axes' noise, m: the rounding of the readings.
+// Returns the rounding error of each axis, which is the lower limit of its noise.
 Eigen::VectorXd rounding_of_axes(const ReadingSet& set) {
   Eigen::VectorXd smallest(set.axis_count());
   for (Eigen::Index k = 0; k < smallest.size(); ++k) {
@@ -32,7 +32,8 @@ Eigen::VectorXd rounding_of_axes(const ReadingSet& set) {
   return smallest;
 }
 
-// Estimates the directions and the axes' noise in turn, because the noise is not known.
+// Alternately fits the directions of the field and estimates the noise of the axes, until the noise
+// converges.
 JointSolution solve_joint(const ReadingSet& set, const Model& model, const TableField& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
   const std::shared_ptr<const Solution> state =
@@ -49,7 +50,7 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
   JointSolution solution = equal;
   solution.weights_are_estimated = true;
   const Eigen::VectorXd smallest = rounding_of_axes(set);
-  constexpr int most_rounds = 30;  // three or four are usual
+  constexpr int most_rounds = 30;  // three or four rounds are usual
   for (int round = 0; round < most_rounds; ++round) {
     const std::optional<AxisNoise> next = Model::noise(*solution.state, solution.sigma, smallest);
     if (!next || !(next->degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
@@ -60,7 +61,7 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
     // The directions converge before the noise is estimated again. With single steps, the search
     // could cycle if the readings hardly determine the directions.
     solution.state = model.solved(solution.state, solution.sigma).state;
-    constexpr double still = 1e-7;  // the next change would be far smaller
+    constexpr double still = 1e-7;  // relative change of sigma; the next one would be far smaller
     if (change < still) {
       solution.shares = Model::cost_of_shared(*solution.state, solution.sigma);
       return solution;
@@ -69,7 +70,7 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
   return equal;  // this solution is valid too, but less accurate
 }
 
-// -2 ln of the likelihood, up to a constant.
+// Returns -2 ln of the likelihood, up to a constant.
 double misfit(const ReadingSet& set, const Solution& state) {
   double sum = 0.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -132,7 +133,8 @@ std::vector<std::shared_ptr<const Solution>> few_rounds_from(
   for (int meeting = 0; meeting < meetings; ++meeting) {
     std::vector<std::shared_ptr<const Solution>> apart;
     for (const std::shared_ptr<const Solution>& state : found) {
-      std::shared_ptr<const Solution> next = model.solved(state, equal, {.most_rounds = rounds_between}).state;
+      std::shared_ptr<const Solution> next =
+          model.solved(state, equal, {.most_rounds = rounds_between}).state;
       const bool has_met = std::any_of(apart.begin(), apart.end(), [&](const auto& other) {
         return angle_between(*next, *other) < met_rad;
       });
@@ -153,10 +155,10 @@ BestSolution best_solution(const ReadingSet& set,
   if (starts.size() == 1) {
     return {.solution = solve_joint(set, model, starts.front()), .ambiguity = ""};
   }
-  // Takes a few rounds from each start. Then it continues from the best one, and from different
-  // solutions that fit equally well.
+  // The search makes a few rounds from each start. Then it continues from the best solution, and
+  // from other solutions that fit equally well.
   constexpr double another_rad = 0.05;
-  constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
+  constexpr double as_likely = 6.0;  // difference of -2 ln likelihood: a factor of 20
   const std::vector<std::shared_ptr<const Solution>> found = few_rounds_from(set, model, starts);
   const auto less = [&](const auto& a, const auto& b) { return misfit(set, *a) < misfit(set, *b); };
   const Solution& best = **std::min_element(found.begin(), found.end(), less);

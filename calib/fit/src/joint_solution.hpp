@@ -13,7 +13,7 @@
 
 namespace axiscal {
 
-/// The result of method joint, before it is described.
+/// The result of method joint, before describe_joint() computes its statistics.
 struct JointSolution {
   std::shared_ptr<const Solution> state;
   Eigen::VectorXd sigma;
@@ -21,7 +21,8 @@ struct JointSolution {
   bool weights_are_estimated = false;
 };
 
-/// The best of the solutions from all starts, and a description of others that fit equally well.
+/// The best of the solutions from all starts. If another solution fits equally well, `ambiguity`
+/// describes it; otherwise `ambiguity` is empty.
 struct BestSolution {
   JointSolution solution;
   std::string ambiguity;
@@ -30,8 +31,9 @@ struct BestSolution {
                                          const Model& model,
                                          const std::vector<TableField>& starts);
 
-/// Throws if the readings do not determine coefficients and directions together.
-/// @throws RankDeficientError  the message names the undetermined coefficients, and points to add.
+/// Throws if the readings do not determine the coefficients and the field's directions together.
+/// @throws RankDeficientError  The message names the undetermined coefficients and the design
+///                             points to add.
 /// @param run  the run linearised about the solution; its condition number is large.
 void require_direction(const Fit& run, const JointSolution& solution);
 
@@ -40,8 +42,8 @@ void require_direction(const Fit& run, const JointSolution& solution);
 /// @throws RankDeficientError
 void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution);
 
-/// The estimate at a solution, with leverages, standard errors and covariance.
-/// @param robust_weights  n x m; empty unless robust.
+/// Returns the estimate at a solution, with leverages, standard errors and covariance.
+/// @param robust_weights  n x m; empty if the fit is not robust.
 [[nodiscard]] Estimate describe_joint(const ReadingSet& set,
                                       const JointSolution& solution,
                                       const Eigen::MatrixXd& robust_weights);

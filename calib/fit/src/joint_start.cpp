@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-// Rows of the readings that the axis uses.
+// Returns those of the given rows whose readings the axis uses.
 std::vector<Eigen::Index> used_rows(const ReadingSet& set,
                                     const std::vector<Eigen::Index>& rows,
                                     Eigen::Index axis) {
@@ -24,8 +24,8 @@ std::vector<Eigen::Index> used_rows(const ReadingSet& set,
   return used;
 }
 
-// Returns the direction with the sign of the stated direction. If this is not given, its largest
-// component becomes positive.
+// Returns the direction with a sign that agrees with the stated direction. If no direction is
+// stated, the largest component becomes positive.
 Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescription& part) {
   const double given = direction.dot(part.start.sign_by);
   Eigen::Index largest = 0;
@@ -33,12 +33,13 @@ Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescripti
   return std::copysign(1.0, given != 0.0 ? given : direction(largest)) * direction;
 }
 
-// Returns the field from a linear solution of its directions, up to the sign. If the readings of
-// one levelness do not determine its direction, it gets the direction from all readings. Returns
-// nullopt if all readings together do not determine the directions.
+// Computes the field by linear regression, up to its sign. If the table has its own slope in each
+// block, the field has a direction for each block. A block whose readings do not determine its
+// direction gets the direction from all readings. Returns nullopt if all readings together do not
+// determine the directions.
 std::optional<TableField> linear_start(const ReadingSet& set) {
   if (set.field.turns()) {
-    return {};  // a rotating table makes the sum nonlinear
+    return {};  // on a rotating table the response is not linear in the directions
   }
   const std::vector<FieldDescription>& parts = set.field.parts();
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
@@ -49,7 +50,7 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
   }
   std::vector<Eigen::Vector3d> vectors;
   if (set.field.is_sum()) {
-    // A part with known magnitude determines the lengths of the other parts.
+    // A part with known magnitude determines the magnitudes of the other parts.
     double scale = 0.0;
     for (std::size_t p = 0; p < parts.size() && scale == 0.0; ++p) {
       if (!parts[p].free_length) {
@@ -77,7 +78,8 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
   return set.field.with(std::move(vectors));
 }
 
-// W^1/2 [1, vec R_i, ...] of the readings that an axis uses.
+// Returns the rows W^1/2 [1, vec R_i, ...] of the readings that an axis uses. W contains the
+// weights. R_i is the rotation from the table's frame to the sensor's frame.
 Eigen::MatrixXd design_of_directions(const ReadingSet& set,
                                      const std::vector<Eigen::Index>& used,
                                      Eigen::Index k) {
@@ -109,14 +111,15 @@ Eigen::MatrixXd design_of_directions(const ReadingSet& set,
 
 Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
   const auto parts = static_cast<Eigen::Index>(set.field.parts().size());
-  // The matrices M_k of the axes whose readings determine them, below each other.
+  // The matrices M_k of linear_directions(), one below the other, for those axes whose readings
+  // determine M_k.
   Eigen::MatrixXd M(3 * set.axis_count(), 3 * parts);
   Eigen::Index axes = 0;
   for (Eigen::Index first = 0; first < set.axis_count();) {
     const Eigen::Index end = set.end_of_alike(first, set.weights);
     const std::vector<Eigen::Index> used = used_rows(set, rows, first);
     const Eigen::MatrixXd design = design_of_directions(set, used, first);
-    constexpr double smallest_pivot = 1e-13;  // relative to the largest; smaller ones are rounding
+    constexpr double smallest_pivot = 1e-13;  // relative to the largest; below it is rounding error
     std::optional<Factor> qr;
     if (design.rows() >= design.cols()) {
       qr.emplace(design, smallest_pivot);
@@ -143,7 +146,7 @@ std::vector<TableField> start_fields(const ReadingSet& set) {
   if (std::optional<TableField> linear = linear_start(set)) {
     return {std::move(*linear)};
   }
-  // All combinations of the possible directions of the parts.
+  // Make all combinations of the possible directions of the parts.
   const TableField stated = set.field.as_stated();
   std::vector<std::vector<Eigen::Vector3d>> all(1);
   for (std::size_t p = 0; p < set.field.parts().size(); ++p) {

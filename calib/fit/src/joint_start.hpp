@@ -25,8 +25,9 @@ namespace axiscal {
 [[nodiscard]] Eigen::VectorXd linear_directions(const ReadingSet& set,
                                                 const std::vector<Eigen::Index>& rows);
 
-/// Returns the starting points of the search. They are the linear solution if there is one,
-/// otherwise the given direction, otherwise directions over the whole sphere.
+/// Returns the starting points of the search. If the linear solution exists, it is the only one.
+/// Otherwise a part of the field starts at its stated direction. A part without a stated direction
+/// starts at directions over the whole sphere.
 /// @return one start or several, each with all the field's vectors.
 [[nodiscard]] std::vector<TableField> start_fields(const ReadingSet& set);
 

@@ -40,8 +40,9 @@ std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
                             // coefficients
     throw;
   }
-  constexpr double clearly_determined = 1e-4;  // above it the coefficients are also determined
-                                               // without weights and effects of the run
+  // Limit of the pivots. Above it, the coefficients are determined even without the weights and
+  // without columns for drift, steps or blocks.
+  constexpr double clearly_determined = 1e-4;
   if (!std::all_of(state->axes.begin(), state->axes.end(), [](const AxisSolution& axis) {
         return axis.design->smallest_pivot() > clearly_determined;
       })) {
@@ -85,8 +86,8 @@ Estimate estimate_known(const ReadingSet& given, const TableField& field) {
   const std::optional<ReadingSet> over_temperature = with_scales_of(given, state->place);
   const ReadingSet& set = over_temperature ? *over_temperature : given;
   const std::vector<AxisRegression> axes = fitted_axes(set, *state);
-  constexpr Eigen::Index long_run = 10000;  // above this, factoring again is better than keeping
-                                            // the solution in memory
+  // For longer runs it is better to factor the design again than to keep the solution in memory.
+  constexpr Eigen::Index long_run = 10000;
   if (!set.is_final() || set.size() > long_run) {
     state.reset();
   }
@@ -112,7 +113,7 @@ MethodFit known_method() {
   return {.method = Method::known, .fitted = fitted_known};
 }
 
-// The fit by the stated faces. fit_face_lengths() later replaces its result.
+// Returns the fit by the stated faces. fit_face_lengths() later replaces its result.
 MethodFit faces_method() {
   return {.method = Method::faces, .fitted = fitted_known};
 }

@@ -17,8 +17,8 @@ namespace {
 
 constexpr Eigen::Index most_poses = 300;
 
-// The means of an axis's readings over poses, with the rows of their design and of the inputs'
-// errors.
+// For one axis: the mean reading of each pose, and the mean rows of the design and of the
+// derivatives with respect to the errors of the inputs.
 struct PoseMeans {
   Eigen::VectorXd weights;
   Eigen::VectorXd response;
@@ -26,7 +26,9 @@ struct PoseMeans {
   Eigen::MatrixXd errors;
 };
 
-// Computes the weighted means of an axis. `tangents` already contains the factors sqrt(w).
+// Computes the weighted means of an axis.
+// @param tangents  columns for the field's direction, already multiplied by the roots of the
+//                  weights.
 PoseMeans means_of_axis(const ReadingSet& set,
                         const std::vector<int>& group,
                         const AxisSolution& axis,
@@ -39,7 +41,8 @@ PoseMeans means_of_axis(const ReadingSet& set,
                   .response = Eigen::VectorXd::Zero(poses),
                   .design = Eigen::MatrixXd::Zero(poses, p + tangents.cols()),
                   .errors = Eigen::MatrixXd::Zero(poses, errors.cols())};
-  // Effects of the run do not belong to a pose, so their fitted values are subtracted.
+  // Shifts between blocks, steps and drift do not depend on the pose, so their fitted values are
+  // subtracted.
   const Eigen::Index effects = set.effects.columns.cols();
   const Eigen::VectorXd of_effects = axis.X().rightCols(effects) * axis.estimate.tail(effects);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -82,8 +85,8 @@ void test_axis(const PoseMeans& means, LackOfFit& test) {
   if (!(free > 0.0)) {
     return;
   }
-  // M projects onto the directions orthogonal to the design. `share` is the mean fraction of V in
-  // these directions that is the scatter of the readings.
+  // M projects onto the directions orthogonal to the design. `share` is the mean fraction of the
+  // variance in these directions that comes from the scatter of the readings.
   const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(X.rows(), X.rows()) - X * inverse;
   const Eigen::MatrixXd back = whitening.transposed_times(M);
   const double share = (back.cwiseAbs2().array().colwise() * of_scatter.array()).sum() / free;

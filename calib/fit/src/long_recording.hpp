@@ -10,8 +10,8 @@
 
 namespace axiscal {
 
-/// True if there are enough readings for a jackknife that leaves out one tenth of the recording at
-/// a time.
+/// Returns true if there are enough readings for a jackknife that leaves out one tenth of the
+/// recording at a time.
 [[nodiscard]] bool is_long_recording(Eigen::Index readings);
 
 /// Replaces the covariance of a long recording, because its consecutive readings are correlated.
@@ -27,8 +27,8 @@ void add_long_correlation(const Eigen::VectorXd& uncertainties,
                           FitStatistics& statistics,
                           std::vector<CalibrationNote>& notes);
 
-/// Like add_long_correlation(), with uncertainties from models of the noise. Intervals become
-/// longer, never shorter; the component "correlation" is added or replaced.
+/// Lengthens the intervals according to models of the noise. No interval becomes shorter. The
+/// component "correlation" is added, or replaced if it exists.
 /// @param uncertainties  standard uncertainties of the parameters.
 void add_correlation(const Eigen::VectorXd& uncertainties,
                      double degrees_of_freedom,

@@ -31,14 +31,14 @@
 namespace axiscal {
 namespace {
 
-// A solution and its statistics.
+// A fitted ellipsoid and its statistics.
 struct EllipsoidFit {
   Ellipsoid at;
   LinearisedEllipsoid linear;
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
-  Eigen::VectorXd robust;               // n; empty unless robust
-  Eigen::MatrixXd further;              // n x q: further columns besides the nine; usually q = 0
+  Eigen::VectorXd robust;               // n: robust weights; empty if the fit is not robust
+  Eigen::MatrixXd further;              // n x q: columns of q further terms, such as a lag
   double condition_number = 1.0;
   double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;
@@ -176,11 +176,11 @@ Eigen::MatrixXd noise_of(const EllipsoidCloud& cloud, RandomStream& random) {
   return noise;
 }
 
-// Returns the bias of the estimate of order sigma^2: the mean of refits to simulated readings,
-// minus the fit.
+// Returns the bias of the estimate that noise causes. It is the mean of the fits to simulated
+// readings minus the fit, and is proportional to the variance of the noise.
 EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const EllipsoidFit& fit) {
   constexpr int pairs = 40;
-  // The bias does not depend on repeats of the same directions, so this many rows are enough.
+  // Repeated readings in the same directions do not change the bias, so this many rows are enough.
   constexpr Eigen::Index most_rows = 2000;
   const Eigen::Index step = 1 + (all.size() - 1) / most_rows;
   EllipsoidCloud cloud = all;
@@ -192,8 +192,8 @@ EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Ellipsoid
   EllipsoidCloud made = cloud;
   EllipsoidParameters sum = EllipsoidParameters::Zero();
   for (int t = 0; t < pairs; ++t) {
-    // The same noise with both signs: the odd part of its effect cancels, and the bias of order
-    // sigma^2 remains.
+    // The same noise is used with both signs. The odd part of its effect cancels, and the bias of
+    // order sigma^2 remains.
     const Eigen::MatrixXd noise = fit.sd * noise_of(cloud, random);
     for (const double sign : {1.0, -1.0}) {
       made.v = exact + sign * noise;
@@ -215,7 +215,7 @@ struct LagOneCorrelation {
   double beyond_chance = 0.0;
 };
 
-constexpr double alike_by_more_than_chance = 3.5;  // standard deviations
+constexpr double alike_by_more_than_chance = 3.5;  // limit for LagOneCorrelation::beyond_chance
 
 LagOneCorrelation likeness_of_neighbours(const Eigen::VectorXd& r) {
   const double correlation =
@@ -224,8 +224,9 @@ LagOneCorrelation likeness_of_neighbours(const Eigen::VectorXd& r) {
           .beyond_chance = std::abs(correlation) * std::sqrt(static_cast<double>(r.size()))};
 }
 
-// True if the residuals may be independent normal noise: consecutive residuals are not correlated,
-// and there is no outlier. If an instrument is turned by hand, they usually are correlated.
+// Returns true if the residuals may be independent normal noise: consecutive residuals are not
+// correlated, and there is no outlier. If an instrument is turned by hand, consecutive residuals
+// usually are correlated.
 bool is_plain_noise(const EllipsoidFit& fit) {
   const Eigen::VectorXd& r = fit.linear.residuals;
   const auto n = static_cast<double>(r.size());
@@ -234,7 +235,8 @@ bool is_plain_noise(const EllipsoidFit& fit) {
          n * student_t_two_sided_p(largest, fit.dof) > 1e-3;
 }
 
-// The derivative of b and S, axis by axis, with respect to b and the entries of A; 12 x 9.
+// Returns the derivative of [b_k, S_k] of the three axes with respect to b and the six entries of
+// A; 12 x 9. S_k is row k of S.
 Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   const Eigen::Matrix3d S = at.A.inverse();
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(12, ellipsoid_parameters);
@@ -256,8 +258,8 @@ Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   return T;
 }
 
-// The residuals and all columns of the fit: those of the nine parameters, then the further columns.
-// Robust weights are included.
+// Returns the residuals and all columns of the fit: those of the nine parameters, then the further
+// columns. Both are multiplied by the roots of the robust weights.
 Linearised all_columns(const EllipsoidFit& fit) {
   Linearised all = fit.linear;
   if (fit.further.cols() > 0) {
@@ -272,9 +274,10 @@ Linearised all_columns(const EllipsoidFit& fit) {
   return all;
 }
 
-// @param T  the derivative of some quantities with respect to the nine parameters.
-// @return T for all columns of the fit. It is 0 for the further columns, because they do not change
-//         these quantities.
+// Extends a derivative to all columns of the fit.
+// @param T  derivative of quantities with respect to the nine parameters. The further columns do
+//           not change these quantities.
+// @return T, followed by zeros for the further columns.
 Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(T.rows(), T.cols() + fit.further.cols());
   all.leftCols(T.cols()) = T;
@@ -302,10 +305,10 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
   return with_further(T, fit) * block_jackknife_changes(at_solution);
 }
 
-// For each further term of the fit: the change of the readings per unit of the term, n x 3.
+// The derivative of the readings with respect to each further term of the fit; n x 3 for each term.
 using TermChanges = std::vector<Eigen::MatrixX3d>;
 
-// Returns the squared terms of the three axes. Each is subtracted from the reading of its axis.
+// Returns the terms that correct a quadratic response: -f_k^2 in the reading of each axis k.
 TermChanges squared_terms(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   TermChanges terms(3, Eigen::MatrixX3d::Zero(cloud.size(), 3));
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
@@ -330,7 +333,7 @@ TermChanges lag_term(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   return {0.5 * (along.array().colwise() * share.array()).matrix()};
 }
 
-// The derivative of |f| with respect to each term, n x terms.
+// Returns the derivative of |f| with respect to each term; n x number of terms.
 Eigen::MatrixXd changes_with(const TermChanges& terms, const EllipsoidFit& fit) {
   Eigen::MatrixXd columns(fit.linear.jacobian.rows(), static_cast<Eigen::Index>(terms.size()));
   for (std::size_t j = 0; j < terms.size(); ++j) {
@@ -417,8 +420,7 @@ std::optional<double> fit_lag(const EllipsoidCloud& cloud, EllipsoidFit& fit) {
          (lag_term(cloud, fit.at).front() * fit.at.A.transpose()).rowwise().norm().maxCoeff();
 }
 
-// Tests for curvature of the response if squared terms were not requested. The result is stored in
-// the estimate.
+// Tests for curvature of the response and stores the result in the estimate.
 void test_squares(const ReadingSet& set,
                   const EllipsoidCloud& cloud,
                   const EllipsoidFit& fit,
@@ -437,7 +439,8 @@ void test_squares(const ReadingSet& set,
 }
 
 // Widens the intervals if consecutive readings are correlated.
-// @param to_parameters  derivative of the parameters with respect to the nine unknowns, 12 x 9.
+// @param to_parameters  derivative of the biases and sensitivities with respect to the nine
+//                       parameters of the ellipsoid, 12 x 9.
 void add_noise_of_order(const EllipsoidFit& fit,
                         const Eigen::MatrixXd& to_parameters,
                         Estimate& estimate) {
@@ -476,9 +479,8 @@ void add_noise_of_order(const EllipsoidFit& fit,
   }
 }
 
-// Returns the likely cause of the failure, for the message: a dead axis, scatter, or too few
-// orientations. It is found with the sphere through the readings, because scatter distorts the
-// fitted ellipsoid.
+// Returns the likely cause of the failure for the error message: a dead axis, scatter, or too few
+// orientations. The analysis fits a sphere, because scatter distorts a fitted ellipsoid.
 std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   const Eigen::RowVector3d range = cloud.v.colwise().maxCoeff() - cloud.v.colwise().minCoeff();
   Eigen::Index least = 0;
@@ -572,8 +574,8 @@ Estimate estimate_magnitude(const ReadingSet& set,
   require_open_nothing(set, linearise_ellipsoid(cloud, ellipsoid_start(cloud)));
   EllipsoidFit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);
-  Eigen::VectorXd squared;    // squared terms at full field, cloud's units; empty: not fitted
-  std::optional<double> lag;  // nullopt: not found
+  Eigen::VectorXd squared;    // squared terms at full field, in units of `cloud`; empty: not fitted
+  std::optional<double> lag;  // largest relative loss of magnitude; nullopt if no lag is found
   if (squares) {
     squared = fit_with_terms(cloud, squared_terms, {"x.k2", "y.k2", "z.k2"}, fit);
   } else if (!set.robust) {
@@ -582,7 +584,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
   const EllipsoidParameters bias = bias_by_bootstrap(cloud, fit);
   const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
-  constexpr double worth_correcting = 0.1;  // standard errors
+  constexpr double worth_correcting = 0.1;  // bias in standard errors
   constexpr double rounding =
       1e-12;  // relative to the field; a smaller scatter is rounding and causes no bias
   const bool plain_noise = fit.sd > rounding && !set.robust && is_plain_noise(fit);
@@ -688,7 +690,7 @@ MagnitudeFit fit_magnitude(const Eigen::Ref<const Eigen::MatrixX3d>& readings,
   MagnitudeFit fit;
   fit.response = {.bias = middle + size * at.b, .sensitivity = size / F * at.A.inverse()};
   fit.degrees_of_freedom = static_cast<double>(readings.rows() - ellipsoid_parameters);
-  // The scatter of |f|, with only the weights of the readings.
+  // The sum of squares of |f| - F, weighted only with the weights of the readings.
   const double rss = F * F * ellipsoid_cost(cloud, at, cloud.root_weights);
   fit.residual_sd = std::sqrt(rss / fit.degrees_of_freedom);
   return fit;

@@ -13,7 +13,8 @@
 namespace axiscal {
 namespace {
 
-// The covariance of [b_k, S_k] of each axis in another frame: f_new = R f.
+// Returns the covariance of [b_k, S_k] of each axis in another frame. A field f has the coordinates
+// R f in this frame.
 Eigen::MatrixXd turned(const Eigen::Matrix3d& R, const Eigen::MatrixXd& covariance) {
   Eigen::MatrixXd T = Eigen::MatrixXd::Identity(covariance.rows(), covariance.rows());
   for (Eigen::Index first = 0; first < covariance.rows(); first += 4) {
@@ -22,14 +23,16 @@ Eigen::MatrixXd turned(const Eigen::Matrix3d& R, const Eigen::MatrixXd& covarian
   return T * covariance * T.transpose();
 }
 
-// The unknowns of the alignment: Q turns the measured fields to the sensor's frame.
+// The unknowns of the alignment: the rotation Q of the measured fields to the sensor's frame, and
+// the field in the table's frame.
 struct PointAlignment {
   Eigen::Matrix3d Q;
   Eigen::Vector3d in_table;
 };
 
-// Finds the rotation Q and the field f in the table, of length F, for which Q f_i = R_i f. The f_i
-// are the measured fields, and R_i rotates the table's frame to the sensor's frame.
+// Finds the rotation Q and the field f in the table's frame that best satisfy Q f_i = R_i f. f has
+// the known magnitude F. f_i are the measured fields. R_i is the rotation from the table's frame to
+// the sensor's frame.
 class AlignmentProblem {
  public:
   using State = PointAlignment;
@@ -40,7 +43,7 @@ class AlignmentProblem {
   AlignmentProblem(const ReadingSet& set, Eigen::MatrixXd measured, double F)
       : set_(set), measured_(std::move(measured)), F_(F) {}
 
-  // The best Q for a field in the table (Wahba's problem).
+  // Returns the best Q for a given field in the table's frame (Wahba's problem).
   [[nodiscard]] PointAlignment start(const Eigen::Vector3d& in_table) const {
     Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
     for (Eigen::Index i = 0; i < set_.size(); ++i) {

@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-// An orthonormal basis of all changes of B values that sum to 0; B x (B - 1).
+// Returns an orthonormal basis of the vectors of B values that sum to 0; B x (B - 1).
 Eigen::MatrixXd contrasts(std::size_t count) {
   return orthogonal_complement(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(count)));
 }
@@ -27,8 +27,8 @@ double squares_at(const Solution& solution, const Eigen::VectorXd& sigma) {
   return sum;
 }
 
-// The change of the temperature scales, from a solution's coefficients of the columns d^j (S f); m
-// x order.
+// Returns the change of the temperature scales, m x order. It is computed from the coefficients of
+// the columns d^j (S f). d is the difference from the reference temperature.
 Eigen::MatrixXd change_of_scale(const ReadingSet& set, const Solution& solution) {
   const int order = set.temperature.order;
   Eigen::MatrixXd change = Eigen::MatrixXd::Zero(set.axis_count(), order);
@@ -43,8 +43,8 @@ Eigen::MatrixXd change_of_scale(const ReadingSet& set, const Solution& solution)
   return change;
 }
 
-// Returns a basis B of the shared unknowns that the readings determine. It satisfies B^T
-// (information) B = 1.
+// Returns a basis B of the shared unknowns that the readings determine. It satisfies B^T N B = 1; N
+// is the information matrix.
 Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigma) {
   const Eigen::Index s = solution.shared_count();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(s, s);
@@ -54,7 +54,7 @@ Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigm
     information += weight * solution.axes[k].sums.information;
     whole += weight * solution.axes[k].shared_squares.sum();
   }
-  constexpr double clear = 1e-6;  // of squares: above it the normal equations are accurate
+  constexpr double clear = 1e-6;  // remaining fraction of squares; above it, `information` suffices
   const PositiveFactor cholesky(information);
   if (cholesky.is_determined(clear) && (information.diagonal().array() > clear * whole).all()) {
     return cholesky.root_of_inverse();
@@ -87,8 +87,8 @@ class ModelProblem {
       linear.jacobian.middleRows(n * k, n) = axis.projected / sigma_(k);
       whole += axis.shared_squares.sum() / (sigma_(k) * sigma_(k));
     }
-    // The added columns may have any unit, so the limit is 0 if there are any. If they are
-    // undetermined, the hypothesis is not fitted.
+    // The limit is 0 if there are added columns, because they may have any unit. The caller rejects
+    // the fit if these columns are not determined.
     linear.open_below = at->place.added.size() > 0 ? 0.0 : Model::open_below * std::sqrt(whole);
   }
 
@@ -100,8 +100,9 @@ class ModelProblem {
     return squares_at(*at, sigma_);
   }
 
-  // The largest of three lengths: the rotations [rad], the change of a temperature scale relative
-  // to the response, and the relative change of the readings by the added coefficients.
+  // Returns the largest of three measures of a step: its rotations [rad], its change of the
+  // temperature scales relative to the response, and its relative change of the readings by the
+  // added columns.
   [[nodiscard]] double length(const State& at,
                               const Eigen::VectorXd& step,
                               const Linear& linear) const {
@@ -287,7 +288,7 @@ std::shared_ptr<const Solution> Model::at(const Place& place) const {
     const Eigen::MatrixXd estimates = design->estimates(response);
     const Eigen::MatrixXd residuals =
         design->root_weights().asDiagonal() * (response - X * estimates);
-    Eigen::MatrixXd shared(n, s * count);  // of these `count` axes, side by side
+    Eigen::MatrixXd shared(n, s * count);  // the shared columns of `count` axes, side by side
     for (Eigen::Index a = 0; a < count && s > 0; ++a) {
       if (directions + turns > 0) {
         shared.middleCols(s * a, directions + turns) = response_changes(
@@ -296,7 +297,7 @@ std::shared_ptr<const Solution> Model::at(const Place& place) const {
       shared.middleCols(s * a + directions + turns, Z.cols()) = Z.middleRows(n * (first + a), n);
     }
     if (first + count == m) {
-      field_changes.resize(0, 0);  // large for a long run
+      field_changes.resize(0, 0);  // frees memory; the matrix is large for a long run
     }
     shared.array().colwise() *= design->root_weights().array();
     const Eigen::MatrixXd in_basis = design->basis().transpose() * shared;
@@ -322,7 +323,7 @@ Place Model::moved(const Solution& from, const Eigen::VectorXd& step) const {
   Place place = from.place;
   Eigen::VectorXd turn = step.head(from.direction_count());
   for (std::size_t v = 0; v < from.tangents.size(); ++v) {
-    constexpr double longest_step_rad = 0.5;  // a linear step is unreliable farther away
+    constexpr double longest_step_rad = 0.5;  // a longer linear step is unreliable
     auto part = turn.segment(from.first_direction(v), from.tangents[v].cols());
     part *= std::min(1.0, longest_step_rad / std::max(part.norm(), 1e-300));
   }
@@ -359,8 +360,8 @@ GaussNewtonResult<std::shared_ptr<const Solution>> Model::solved(
   if (is_linear() || (start->shared_count() == 0 && readings_.temperature.order == 0)) {
     return {.state = std::move(start), .rounds = 0, .left_to_go = 0.0, .converged = true};
   }
-  // The cost may increase slightly: the columns d^j (S f) already fit a change of the temperature
-  // scale, and the change is stored in the place by moved() only afterwards.
+  // With temperature terms, the cost may increase slightly. The columns d^j (S f) already fit a
+  // change of the temperature scale, but moved() stores this change only afterwards.
   GaussNewtonOptions own = options;
   own.slack = readings_.temperature.order > 0 ? 0.01 : options.slack;
   return gauss_newton(ModelProblem(*this, sigma), std::move(start), own);

@@ -19,10 +19,11 @@ namespace {
 // decide whether the reading is used.
 constexpr double grazing = 0.05;
 
-// The readings and the lights that the axes see.
+// The readings that each axis uses, and the lights that it sees.
 struct Sight {
-  AxisMask counted;               // n x m: true if the axis uses the reading
-  std::vector<AxisMask> visible;  // n x m for each part if a light stays on; else empty
+  AxisMask counted;  // n x m: true if the axis uses the reading
+  // n x m for each part of the field: true if the axis sees this light. Empty if no light stays on.
+  std::vector<AxisMask> visible;
 
   friend bool operator==(const Sight& a, const Sight& b) {
     const auto same = [](const AxisMask& x, const AxisMask& y) { return (x == y).all(); };
@@ -31,14 +32,14 @@ struct Sight {
   }
 };
 
-// True if this part of the field is a light that stays on: one of several lights, whose strength is
-// not set by the level.
+// Returns true if a part of the field is a light that stays on. The level of a reading does not set
+// the strength of this light, and the field has other lights.
 bool stays_on(const ReadingSet& set, std::size_t part) {
   return set.field.is_sum() && !set.rotation_sensor_from_table.empty() &&
          !set.field.parts()[part].set_by_level;
 }
 
-// True if all lights that can be switched are off.
+// Returns true if all lights that can be switched are off.
 bool is_as_dark_as_can_be(const ReadingSet& set, std::size_t reading) {
   for (std::size_t p = 0; p < set.field.parts().size(); ++p) {
     if (!stays_on(set, p) && set.field.factor_of(p, set.readings[reading].level) != 0.0) {
@@ -59,8 +60,8 @@ Sight everything(const ReadingSet& set) {
   return sight;
 }
 
-// For each pose, the reading of an axis with all switchable lights off. Only readings that the axis
-// uses are considered.
+// Returns for each design point the reading of an axis with all switchable lights off. Only
+// readings that the axis uses are considered.
 std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen::Index axis) {
   std::map<DesignPoint, double> dark;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -78,9 +79,9 @@ std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen:
   return dark;
 }
 
-// Guesses from the readings only which lights each axis sees. An axis sees a switched light if it
-// reads clearly more than in the dark. It sees a light that stays on if its dark reading in this
-// pose is clearly larger than its smallest reading.
+// Guesses which lights each axis sees, from the readings alone. An axis sees a switched light if it
+// reads clearly more than with the light off. It sees a light that stays on if its reading at this
+// design point, with the other lights off, is clearly larger than its smallest reading.
 Sight sight_by_readings(const ReadingSet& set) {
   Sight sight = everything(set);
   const bool never_dark = !sight.visible.empty();
@@ -172,7 +173,7 @@ Sight sight_by_model(const ReadingSet& set, const Estimate& estimate) {
             stays_on(set, p)
                 ? Eigen::Vector3d(set.rotation_sensor_from_table[at] * estimate.field.vector(p))
                 : Eigen::Vector3d::Zero();
-        constexpr double clear = 3.0;  // standard deviations of a reading
+        constexpr double clear = 3.0;  // least effect of a light, in standard deviations
         if (S.norm() * light.norm() > clear * estimate.statistics.residual_sd(k)) {
           const double share = S.normalized().dot(light.normalized());
           sight.visible[p](i, k) = share > 0.0;

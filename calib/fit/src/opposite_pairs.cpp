@@ -14,8 +14,8 @@
 namespace axiscal {
 namespace {
 
-// Below this pivot, a component of the slope appears only through cross-axis terms, and the face
-// has no estimate of its own.
+// Limit of the pivot for the slope from one face. Below it, a component of the slope appears only
+// through cross-axis terms, and the face has no estimate of its own.
 constexpr double smallest_pivot_of_a_face = 0.2;
 
 // The weighted mean of some readings of an axis. If the axis uses none of these readings, the
@@ -36,7 +36,8 @@ WeightedMean mean_of(const ReadingSet& set, std::span<const std::size_t> rows, E
   return mean;
 }
 
-// The mean of the maps from a field in the table to the fields at the readings.
+// Returns the mean over the readings of the matrices that convert the field in the table's frame to
+// the field in the sensor's frame.
 Eigen::Matrix3d mean_met(const ReadingSet& set, std::span<const std::size_t> rows) {
   if (set.field_then.empty()) {
     return set.met_of_field(rows.front());
@@ -51,7 +52,8 @@ Eigen::Matrix3d mean_met(const ReadingSet& set, std::span<const std::size_t> row
   return weights > 0.0 ? Eigen::Matrix3d(sum / weights) : set.met_of_field(rows.front());
 }
 
-// The least-squares solution for the field's two components in the table's plane, from some faces.
+// The least-squares solution for the two components of the field in the table's plane. It uses the
+// differences of one face or several.
 struct PlaneFit {
   bool determined = false;
   Eigen::Vector2d f = Eigen::Vector2d::Zero();
@@ -60,9 +62,9 @@ struct PlaneFit {
   Eigen::Index rows = 0;
 };
 
-// The differences of one rest face in one block: a range of the rows of Differences.
+// The differences of one rest face in one block. They are consecutive rows of `Differences`.
 struct FaceDifferences {
-  const OppositePair* pair = nullptr;  // the first pair
+  const OppositePair* pair = nullptr;  // the first pair of the face
   Eigen::Index first = 0;
   Eigen::Index rows = 0;
   PlaneFit alone;
@@ -70,7 +72,8 @@ struct FaceDifferences {
 
 using Faces = std::vector<const FaceDifferences*>;
 
-// Weighted equations d = G f for the field's two components f in the table's plane, face by face.
+// Weighted equations d = G f, ordered by faces. f contains the two components of the field in the
+// table's plane.
 struct Differences {
   std::vector<FaceDifferences> faces;
   Eigen::MatrixX2d G;
@@ -113,8 +116,9 @@ Differences differences_by_face(const std::vector<OppositePair>& pairs,
 }
 
 // Solves d = G f by least squares.
-// @param smallest_pivot  if the relative length of the second column after projection is not larger
-//                        than this, the two components are not determined.
+// @param smallest_pivot  limit for the part of the shorter column that is orthogonal to the longer
+//                        column, relative to the longer column. Below it, the two components are
+//                        not determined.
 PlaneFit fit_plane(const Eigen::Ref<const Eigen::MatrixX2d>& G,
                    const Eigen::Ref<const Eigen::VectorXd>& d,
                    double smallest_pivot = 1e-3) {
@@ -141,7 +145,7 @@ PlaneFit fit_plane(const Eigen::Ref<const Eigen::MatrixX2d>& G,
   fit.f(second) = left.dot(d) / (height * height);
   fit.f(first) = (along.dot(d) - common * fit.f(second)) / length;
   fit.rss = (d - G.lazyProduct(fit.f)).squaredNorm();
-  Eigen::Matrix2d root;  // P R^-1
+  Eigen::Matrix2d root;  // the product P R^-1
   root.row(first) << 1.0 / length, -common / (length * height);
   root.row(second) << 0.0, 1.0 / height;
   fit.unscaled_covariance = root * root.transpose();
@@ -180,10 +184,10 @@ double sample_sd(const std::vector<LevelnessEstimate>& estimates, double Levelne
   return n < 2.0 ? not_a_number : std::sqrt(sum / (n - 1.0));
 }
 
-// The faces of each levelness, which have one slope.
+// Groups of faces. The faces of a group have the same slope of the table.
 using FacesByLevel = std::vector<Faces>;
 
-// The fitted slopes, one for each levelness.
+// The fitted slopes, one for each group of faces.
 struct PlaneFits {
   bool determined = true;
   std::vector<PlaneFit> fits;
@@ -230,9 +234,9 @@ double block_p_value(const ReadingSet& set, const Differences& differences, cons
              : 0.0;
 }
 
-// The slope from some faces: the mean of their own estimates if each face has one. With fewer than
-// three axes, a face shows the slope only through cross-axis terms, so all differences are fitted
-// together.
+// The slope of the table from several faces. It is the mean of the faces' own estimates if each
+// face has one. With fewer than three axes, a face shows the slope only through cross-axis terms,
+// so all differences are fitted together.
 struct MeanSlope {
   Eigen::Vector2d f = Eigen::Vector2d::Zero();
   Eigen::Matrix2d unscaled_covariance = Eigen::Matrix2d::Zero();
@@ -363,7 +367,7 @@ void count_scatter_of_faces(Levelness& levelness) {
   if (levelness.estimates.size() < fewest || !(levelness.degrees_of_freedom > 0.0)) {
     return;
   }
-  constexpr double scatters = 0.25;  // probability
+  constexpr double scatters = 0.25;  // limit of the p-value
   const auto n = static_cast<double>(levelness.estimates.size());
   const double square =
       0.5 * (levelness.sd_x * levelness.sd_x + levelness.sd_y * levelness.sd_y) / n;
@@ -427,7 +431,7 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   };
   levelness.standard_error_x = standard_errors(mean).x();
   levelness.standard_error_y = standard_errors(mean).y();
-  if (three_axes) {  // each face determines both slopes equally well
+  if (three_axes) {  // each face determines both components of the slope equally well
     count_scatter_of_faces(levelness);
   }
   levelness.p_value = not_a_number;  // set by test_levelness()

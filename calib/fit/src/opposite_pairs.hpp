@@ -18,14 +18,15 @@ struct OppositePair {
   DesignPoint point;  // rest face with the positive fence face
   int block = 1;
   FieldLevel level;
-  int soak = 0;                         // which soak level the readings were taken at
-  std::size_t levelness = 0;            // index of the levelness, from ReadingSet::tilt_of()
+  int soak = 0;                         // index of the temperature level of the readings
+  std::size_t levelness = 0;            // index of the table's slope, from ReadingSet::tilt_of()
   std::span<const std::size_t> first;   // readings at `point`
   std::span<const std::size_t> second;  // readings with the opposite fence face
-  // m entries each; empty if averages were not computed.
+  // The next three have m entries each; they are empty if averages were not computed. v_a and v_b
+  // are the mean readings of `first` and `second`; w_a and w_b are the sums of their weights.
   Eigen::Map<const Eigen::VectorXd> mean{nullptr, 0};             // (v_a + v_b) / 2
   Eigen::Map<const Eigen::VectorXd> half_difference{nullptr, 0};  // (v_a - v_b) / 2
-  // The weight of `mean` for each axis, if one reading has the weight 1: 4 / (1/w_a + 1/w_b).
+  // The weight of `mean`: 4 / (1/w_a + 1/w_b).
   Eigen::Map<const Eigen::VectorXd> weights{nullptr, 0};
   Eigen::Matrix3d mean_rotation =
       Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2; R_a and R_b are means of
@@ -33,12 +34,12 @@ struct OppositePair {
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
 };
 
-/// The pairs of opposite positions with the same block, level and temperature, with repeats
-/// averaged; and the readings without an opposite position.
+/// The pairs of opposite positions. The readings of a pair have the same block, level and
+/// temperature; repeats are averaged.
 struct OppositePairs {
-  std::vector<OppositePair> pairs;  // ordered by the first reading of each pair
-  std::vector<std::size_t> unpaired;
-  // The arrays that the pairs point into.
+  std::vector<OppositePair> pairs;    // ordered by the first reading of each pair
+  std::vector<std::size_t> unpaired;  // readings without an opposite position
+  // The arrays to which the spans and maps of the pairs point.
   std::vector<std::size_t> readings;
   Eigen::MatrixXd averages;  // m x 3 for each pair
 
@@ -62,10 +63,10 @@ struct OppositePairs {
 /// Computes the field's components in the table's plane from the half differences (method.md,
 /// section 5).
 ///
-/// @param field  the fitted field, with one vector for each levelness. The component along the
-///               normal cancels in the differences only if the field is constant.
-/// @param F  magnitude of the field at level 1.
-/// @return nullopt if the differences do not determine both components of each levelness.
+/// @param field  the fitted field, with one vector for each slope of the table. The component along
+///               the normal cancels in the differences only if the field is constant.
+/// @param F      magnitude of the field at level 1.
+/// @return nullopt if the differences do not determine both components of each slope.
 [[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                                           const std::vector<OppositePair>& pairs,
                                                           const SensitivityMatrix& sensitivity,
@@ -80,7 +81,8 @@ struct OppositePairs {
                                                     const Estimate& estimate,
                                                     double F);
 
-/// Finds the pairs, and stores their levelness in the estimate.
+/// Finds the opposite pairs, computes the slope of the table from them, and stores it in the
+/// estimate.
 /// @param F  magnitude of the field.
 void put_levelness(const ReadingSet& set, double F, Estimate& estimate);
 

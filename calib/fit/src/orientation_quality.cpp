@@ -40,7 +40,8 @@ Eigen::MatrixXd angle_jacobian(const Eigen::MatrixXd& turned, const Eigen::Matri
   return J;
 }
 
-// Unknowns are a turn of the instrument and the cosine.
+// The problem for gauss_newton(). The unknowns are the rotation between the instruments, and the
+// cosine of the angle between their fields.
 class AngleProblem {
  public:
   using State = AngleFit;
@@ -128,7 +129,7 @@ Alignment align_by_constant_angle(const Eigen::MatrixXd& fields, const Eigen::Ma
   AngleFit best;
   double least = std::numeric_limits<double>::infinity();
   for (const DesignEntry& entry : standard_design(24)) {
-    // The 24 rotations of a cube: axes that are exchanged or reversed.
+    // The search starts from each of the 24 rotations of a cube, which exchange or reverse axes.
     Eigen::Matrix3d R;
     R.col(0) = nominal_normal(entry.point.rest());
     R.col(1) = nominal_normal(entry.point.fence());

@@ -39,7 +39,7 @@ class Pooled {
 
   [[nodiscard]] std::size_t size() const { return groups_.size(); }
 
-  // The first pair of a pseudo-observation.
+  // Returns the first pair of a pseudo-observation.
   [[nodiscard]] const OppositePair& front(std::size_t pseudo) const {
     return pairs_[groups_[pseudo].front()];
   }
@@ -93,8 +93,8 @@ struct AxesData {
   std::shared_ptr<const FactoredDesign> factored;
 };
 
-// The row of a pair: the mean of its readings' rows if these have columns besides [1, f, second
-// fields], else the row of the mean rotation.
+// Returns the row of a pair. If the design has columns for temperature or drift, for example, the
+// row is the mean of the rows of the pair's readings. Otherwise the mean rotation gives the row.
 Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
                                const OppositePair& pair,
                                Eigen::Index axis,
@@ -146,7 +146,7 @@ AxesData axes_data(const ReadingSet& set,
   return data;
 }
 
-// The data of all axes, with their factorisations.
+// Returns the data of all axes, with the factorisations of their designs.
 std::vector<AxesData> all_axes_data(const ReadingSet& set,
                                     const Pooled& pooled,
                                     const TableField& field) {
@@ -169,7 +169,7 @@ std::vector<AxisRegression> regressions_of(const ReadingSet& set, const AxesData
                   .names = [&](Eigen::Index k) { return set.names_of_axis(k); }});
 }
 
-// The estimates of the axes, p x r.
+// Returns the estimated coefficients of the r axes, p x r.
 Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   if (!set.robust) {
     return data.factored->estimates(data.responses);
@@ -182,7 +182,7 @@ Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   return estimates;
 }
 
-// Returns the field turned by the measured slope; its length stays F.
+// Returns the field turned by the measured slope. Its magnitude remains F.
 TableField turned_by(const Levelness& levelness, double F, const TableField& field) {
   std::vector<Eigen::Vector3d> turned;
   for (std::size_t s = 0; s < field.size(); ++s) {
@@ -263,7 +263,7 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
   std::vector<AxesData> data;  // the data of the last round
   TableField fitted_for;
   std::optional<Levelness> levelness;
-  // Each round gains 6 digits or more, with temperature terms 3 digits (method.md, section 4).
+  // Each round adds 6 correct digits or more, or 3 with temperature terms (method.md, section 4).
   const int most_rounds = set.temperature.order > 0 ? 30 : 8;
   for (int round = 0; round < most_rounds; ++round) {
     Estimate so_far;

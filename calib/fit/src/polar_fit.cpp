@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// Bias, sensitivity, coning angle, azimuth.
+// The parameters in this order: bias, sensitivity, coning angle, azimuth.
 using PolarParameters = Eigen::Vector4d;
 
 Eigen::Vector3d row_of(const PolarParameters& p, int axis, AxisConvention convention) {
@@ -19,7 +19,8 @@ Eigen::Vector3d row_of(const PolarParameters& p, int axis, AxisConvention conven
       {.sensitivity = p(1), .coning_angle_rad = p(2), .azimuth_rad = p(3)}, axis, convention);
 }
 
-// Readings v = b + F s, with the row s in polar form.
+// The problem for gauss_newton(): fits the readings v = b + F s of one axis. The rows of F are the
+// fields, and s is the row of the sensitivity matrix, in polar form.
 class PolarProblem {
  public:
   using State = PolarParameters;
@@ -45,7 +46,7 @@ class PolarProblem {
     unit(1) = 1.0;
     linear.jacobian.col(1) = along(unit);
     PolarParameters turned = at;
-    turned(2) += 0.5 * std::numbers::pi;  // d/dOmega of (cos, sin)
+    turned(2) += 0.5 * std::numbers::pi;  // derivative with respect to the coning angle
     linear.jacobian.col(2) = along(turned);
     PolarParameters flat = at;
     flat(2) = 0.5 * std::numbers::pi;

@@ -15,8 +15,8 @@
 namespace axiscal {
 namespace {
 
-// The standard deviations for weights. A few equal samples have the standard deviation 0, which is
-// not credible; the median of the axis's positive standard deviations replaces it.
+// Returns the standard deviations for weights. A few equal samples have the standard deviation 0,
+// which is not credible. The median of the axis's positive standard deviations replaces it.
 Eigen::MatrixXd positive_sd(Eigen::MatrixXd sd) {
   if (!(sd.array() >= 0.0).all()) {
     throw RefusedError("weights sd: a standard deviation in a column AXIS_sd is negative");
@@ -53,7 +53,8 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
   return Eigen::MatrixXd::Ones(n, m);
 }
 
-// Returns the second fields. Throws if the direction of one of them in the table is not known.
+// Returns the second fields (option --also), such as gravity for a gyroscope. Throws if the
+// direction of one of them in the table's frame is not known.
 std::vector<FieldDescription> second_fields(const Experiment& experiment) {
   std::vector<FieldDescription> fields;
   for (const FieldSetup& also : experiment.also) {
@@ -69,7 +70,7 @@ std::vector<FieldDescription> second_fields(const Experiment& experiment) {
   return fields;
 }
 
-// Which readings are within the range of each axis; n x m of all observations.
+// Returns for each of the n observations and m axes whether the reading is within the range.
 AxisMask readings_in_range(const Experiment& experiment, const Observations& observations) {
   AxisMask in_range = AxisMask::Constant(observations.size(), observations.response.cols(), true);
   if (observations.saturated) {
@@ -101,8 +102,8 @@ void require_runs_to_leave_out(const Experiment& experiment, const Observations&
   }
 }
 
-// Returns the mean time of the readings; nullopt if the field does not move, or if a reading has no
-// time.
+// Returns the mean time of the readings, for a field that changes with time. Returns nullopt if a
+// reading has no time.
 std::optional<double> mean_time_of(const Experiment& experiment,
                                    const Observations& observations,
                                    const std::vector<std::size_t>& rows) {
@@ -379,7 +380,8 @@ Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
   if (field.is_sum()) {
     return rotation(reading) * field.at(reading.level);  // the parts of a sum do not move
   }
-  // If a block has no readings in the fit, it has no levelness, and the mean field is used.
+  // If the fit has no readings of a block, the slope of the table in this block is not known, and
+  // the mean field is used.
   const std::vector<int>& blocks = field.blocks();
   const bool has_own = std::binary_search(blocks.begin(), blocks.end(), reading.block);
   const Eigen::Vector3d in_table =

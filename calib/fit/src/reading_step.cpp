@@ -12,20 +12,20 @@
 namespace axiscal {
 namespace {
 
-constexpr double by_chance = 0.001;  // a step that is more probable by chance is rejected
+constexpr double by_chance = 0.001;  // largest probability that an accepted step is chance
 constexpr double steps_tried = 20.0;
 
 // Returns the nearest integer. This is faster than std::round, which is a function call unless the
 // processor is known to have a rounding instruction.
 double nearest(double value) {
-  constexpr double all_are_whole = 4503599627370496.0;  // 2^52
+  constexpr double all_are_whole = 4503599627370496.0;  // 2^52: every larger double is an integer
   if (!(std::abs(value) < all_are_whole)) {
     return value;
   }
   return static_cast<double>(static_cast<std::int64_t>(value < 0.0 ? value - 0.5 : value + 0.5));
 }
 
-// True if the readings are multiples of the step apart.
+// Returns true if the differences between the readings are multiples of the step.
 bool are_multiples(const std::vector<double>& readings, double step) {
   return std::all_of(readings.begin(), readings.end(), [&](double reading) {
     const double steps = (reading - readings.front()) / step;
@@ -38,7 +38,7 @@ bool are_multiples(const std::vector<double>& readings, double step) {
 // doubles.
 std::optional<int> decimals_of(const std::vector<double>& values) {
   constexpr int most = 15;
-  constexpr double largest_whole = 4503599627370496.0;  // 2^52
+  constexpr double largest_whole = 4503599627370496.0;  // 2^52: larger doubles have no fraction
   double power = 1.0;
   for (int d = 0; d <= most; ++d, power *= 10.0) {
     const bool all = std::all_of(values.begin(), values.end(), [&](double value) {
@@ -149,8 +149,8 @@ WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
   return widest;
 }
 
-// Increases the steps of large readings. It goes through the measuring ranges, starting with the
-// largest readings.
+// Increases the steps of large readings, because an instrument may have wider steps in higher
+// measuring ranges. The search goes through the ranges, starting with the largest readings.
 void add_steps_by_range(const Eigen::MatrixXd& response,
                         const Eigen::MatrixXd& weights,
                         Eigen::MatrixXd& steps) {
@@ -167,7 +167,7 @@ void add_steps_by_range(const Eigen::MatrixXd& response,
             [&](const auto& a, const auto& b) { return std::abs(value(a)) > std::abs(value(b)); });
   std::vector<double> readings(places.size());
   std::transform(places.begin(), places.end(), readings.begin(), value);
-  constexpr double by_digits = 0.0;  // for noise 0, only steps that the digits show are sought
+  constexpr double by_digits = 0.0;  // noise of 0, so that only steps in the digits are found
   for (auto first = places.begin(); first != places.end();) {
     const std::optional<double> least = detect_rounding_step(readings, 0.0, by_digits);
     const WideStep wide = least ? wide_step_of_first(readings, *least) : WideStep();
@@ -204,7 +204,7 @@ std::optional<double> detect_rounding_step(std::vector<double> readings,
     step = digits_of_step(readings, per_unit) / per_unit;
     tolerance = std::max(tolerance, 0.5 / per_unit);
   }
-  constexpr double averaged_away = 0.4;  // noise averages out a step below this fraction of it
+  constexpr double averaged_away = 0.4;  // limit of step / noise; noise averages out smaller steps
   if (step < averaged_away * noise_sd) {
     if (const std::optional<double> scaled = scaled_step(readings, tolerance)) {
       return scaled;

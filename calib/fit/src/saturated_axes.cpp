@@ -21,15 +21,16 @@ constexpr std::size_t fewest_others = 6;
 // The readings of an axis, divided into those at its extreme value and the others.
 struct EndOfAxis {
   Eigen::Index axis = 0;
-  double sign = 1.0;  // +1: the upper end
-  double value = 0.0;
-  double step = 0.0;  // 0: not known
-  std::vector<Eigen::Index> there;
-  std::vector<Eigen::Index> others;
+  double sign = 1.0;                 // 1 for the largest value of the axis, -1 for the smallest
+  double value = 0.0;                // the extreme value
+  double step = 0.0;                 // rounding step of the axis; 0 if not known
+  std::vector<Eigen::Index> there;   // readings at the extreme value
+  std::vector<Eigen::Index> others;  // all other readings that the axis uses
 };
 
-// True if an extreme value is read more than once. The comparison ignores the last bits, because
-// means may differ in them. Readings that differ by more than that differ by a rounding step.
+// Returns true if an extreme value is read more than once. The comparison ignores the last bits,
+// because means of equal readings may differ in them. Other readings differ by a rounding step or
+// more.
 bool are_met(const std::vector<double>& values, double end) {
   constexpr double last_bits = 16.0 * std::numeric_limits<double>::epsilon();
   return std::count_if(values.begin(), values.end(), [&](double value) {
@@ -37,6 +38,7 @@ bool are_met(const std::vector<double>& values, double end) {
          }) > 1;
 }
 
+// Finds the readings of an axis at its largest value (sign 1) or at its smallest value (sign -1).
 // @param values  the readings of the axis, from readings_of_axis().
 // @return nullopt if there are too few readings at the extreme value, or too few others.
 std::optional<EndOfAxis> end_of_axis(const ReadingSet& set,
@@ -70,9 +72,9 @@ double probability_of(double excess, double sd, double degrees_of_freedom) {
   return sd > 0.0 ? upper_tail(excess / sd, degrees_of_freedom) : 1.0;
 }
 
-// Returns the probability that the readings at the extreme value are so far short of the prediction
-// by chance. The prediction is computed from the other readings; nullopt if they do not determine
-// the fit.
+// Predicts the readings at the extreme value from the other readings. Returns the probability that
+// the readings fall short of the prediction this much by chance. Returns nullopt if the other
+// readings do not determine the fit.
 std::optional<double> p_by_others(const ReadingSet& set,
                                   const Eigen::MatrixXd& design,
                                   const EndOfAxis& end) {
@@ -94,15 +96,15 @@ std::optional<double> p_by_others(const ReadingSet& set,
       std::sqrt(std::max({(y - X * estimate).squaredNorm() / static_cast<double>(nu),
                           end.step * end.step / 12.0, std::pow(set.rounding(end.axis), 2)}));
   const Eigen::RowVectorXd g = design(end.there, Eigen::all).colwise().mean();
-  const Eigen::RowVectorXd a = g * factor.root_of_covariance();  // |a|^2 = g' C g
+  const Eigen::RowVectorXd a = g * factor.root_of_covariance();  // |a|^2: variance of g * estimate
   const double short_of = end.sign * g.dot(estimate) - 0.5 * end.step;
   return probability_of(
       short_of, scatter * std::sqrt(a.squaredNorm() + 1.0 / static_cast<double>(end.there.size())),
       static_cast<double>(nu));
 }
 
-// Like p_by_others(), for method magnitude: only the readings determine the directions of the
-// field.
+// Like p_by_others(), for method magnitude. The directions of the field are not known, so they are
+// computed from the readings.
 double p_by_magnitude(const ReadingSet& set,
                       const Estimate& estimate,
                       double magnitude,
@@ -126,7 +128,8 @@ double p_by_magnitude(const ReadingSet& set,
 std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
                                           const Estimate& estimate,
                                           const SaturationSearch& search) {
-  constexpr double false_alarm = 0.02;  // in simulations at most 0.2 % of good runs are reported
+  // Limit of the p-value. In simulations, it reports at most 0.2 % of the runs without saturation.
+  constexpr double false_alarm = 0.02;
   const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
   std::optional<AxisDesigns> designs;  // computed when needed

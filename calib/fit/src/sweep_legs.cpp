@@ -13,7 +13,7 @@ Eigen::VectorXd sweep_directions(const Eigen::VectorXd& temperatures) {
     return ways;
   }
   const double back = share_to_turn * (temperatures.maxCoeff() - temperatures.minCoeff());
-  double way = 0.0;  // not known yet
+  double way = 0.0;  // direction of the present leg: 1 is up, -1 is down, 0 is not known yet
   Eigen::Index first = 0;
   Eigen::Index highest = 0;
   Eigen::Index lowest = 0;

@@ -5,12 +5,14 @@
 
 namespace axiscal {
 
-/// The direction of the temperature at each reading of a sweep: 1 for up, -1 for down. The
-/// direction changes at an extreme from which the temperature then returns by a fifth of the range.
+/// Returns for each reading of a sweep 1 if the temperature rises or -1 if it falls. The direction
+/// changes at an extreme if the temperature then returns by at least a fifth of its range.
 /// @param temperatures  the temperature at each reading, in the order of the readings.
 [[nodiscard]] Eigen::VectorXd sweep_directions(const Eigen::VectorXd& temperatures);
 
-/// @return true if the temperature goes both ways, each over half of the range or more.
+/// @param ways  the directions from sweep_directions().
+/// @return true if the rising readings and the falling readings each span at least half of the
+///         temperature range.
 [[nodiscard]] bool is_bidirectional(const Eigen::VectorXd& temperatures,
                                     const Eigen::VectorXd& ways);
 

@@ -84,7 +84,7 @@ ReadingSet initialize_temperature_terms(const ReadingSet& set, const Estimate& w
 
 double axis_aicc(double residual_sd, double degrees_of_freedom, double columns) {
   const double n = degrees_of_freedom + columns;
-  const double parameters = columns + 1.0;  // and the scatter
+  const double parameters = columns + 1.0;  // the coefficients and the standard deviation
   if (!(n - parameters - 1.0 > 0.0)) {
     return std::numeric_limits<double>::infinity();
   }

@@ -16,8 +16,8 @@
 namespace axiscal {
 namespace {
 
-// Orthonormal columns with the same span as `directions`: axes of the sensor if these have this
-// span, else `directions`.
+// Returns orthonormal columns with the same span as `directions`. If some axes of the sensor have
+// this span, the columns are these axes. Otherwise they are `directions`.
 Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   const Eigen::Matrix3d onto = directions * directions.transpose();
   constexpr double same = 1e-9;
@@ -31,8 +31,7 @@ Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   return axes.cols() == directions.cols() ? axes : directions;
 }
 
-// Tests for curvature of the response: whether a term with the squared field along one direction is
-// significant.
+// Tests for curvature of the response, by a term with the squared field along one direction.
 std::optional<CurvatureTest> curvature_along(const ReadingSet& set,
                                              const Eigen::MatrixXd& columns,
                                              const Eigen::VectorXd& along,
@@ -76,7 +75,7 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   fields.rowwise() -= mean;
   fields.array().colwise() *= used;
   const SingularValues svd = singular_values(fields);
-  constexpr double none = 1e-6;  // fraction of the largest singular value
+  constexpr double none = 1e-6;  // limit of a singular value, relative to the largest one
   const Eigen::VectorXd& values = svd.values;
   const auto count = static_cast<Eigen::Index>((values.array() > none * values(0)).count());
   if (count == 3 || !(values(0) > 1e-9 * size)) {
@@ -84,7 +83,8 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   }
   const Eigen::Matrix3Xd seen = along_axes(svd.V.leftCols(count));
   if (field.has_vectors() && set.axis_count() > 1) {
-    // If the cube was laid on too few faces, the error message names the faces to add.
+    // If an axis has a nominal direction outside the span of the fields, the cube was placed on too
+    // few faces. The result is then empty, and the error message of the fit names the faces to add.
     for (const std::optional<int>& nominal : set.nominal) {
       if (nominal && seen.row(*nominal).norm() < 1.0 - 1e-9) {
         return all;

@@ -22,15 +22,15 @@
 namespace axiscal {
 namespace {
 
-// A direction from an accelerometer, and its derivative with respect to the errors of the
-// calibration.
+// The upward vertical that an accelerometer measures, and its derivative with respect to the errors
+// of the accelerometer's calibration.
 struct Direction {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
   Eigen::Matrix3Xd errors;
 };
 
-// f = S^-1 (v - b) gives df = -S^-1 (db + dS f). The parameters are b_k and row k of S, axis by
-// axis.
+// Computes the direction from f = S^-1 (v - b). The derivative follows from df = -S^-1 (db + dS f).
+// For each axis k, the parameters are b_k and row k of S.
 Direction direction_of(const Calibration& accelerometer,
                        const Eigen::MatrixXd& root,
                        const Eigen::Vector3d& mean) {
@@ -124,9 +124,9 @@ void set_earth_rotation(const std::optional<Site>& site,
 
 namespace {
 
-// Tests whether the biases at the rests drift over the log, and whether consecutive ones are
-// correlated. If so, the result is the biases in the middle of the log, and their covariance
-// includes the drift or the correlation.
+// Tests whether the biases at the rests drift over the log, and whether the biases of consecutive
+// rests are correlated. If so, the result is the biases in the middle of the log, and their
+// covariance includes the drift or the correlation.
 void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   const Eigen::Index n = means.rows();
   if (!(fit.sd.minCoeff() > 0.0)) {

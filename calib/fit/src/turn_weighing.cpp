@@ -21,10 +21,11 @@ namespace axiscal {
 namespace {
 
 constexpr Eigen::Index parameters = 12;
-constexpr double as_good_as_infinite = 1e6;  // degrees of freedom
+constexpr double as_good_as_infinite = 1e6;  // degrees of freedom that stand for infinity
 
-// Selects the components of a turn's residual that contain information: all three if its seats are
-// known, else the two perpendicular to the vertical.
+// Returns a matrix that selects the components of a turn's residual that contain information. If
+// the seats of the cube before and after the turn are known, all three do. Otherwise the two
+// components perpendicular to the vertical do.
 Eigen::Matrix3d informative_rows(const GyroscopeTurn& turn) {
   if (turn.rotation_before_from_after) {
     return Eigen::Matrix3d::Identity();
@@ -34,13 +35,15 @@ Eigen::Matrix3d informative_rows(const GyroscopeTurn& turn) {
   return rows;
 }
 
-// The effect of a small rotation of R(T), in the frame before the turn, on a turn's residual.
+// Returns the derivative of a turn's residual with respect to a small rotation of R. The rotation
+// is stated in the sensor's frame before the turn.
+// @param R  R(T) of TurnSystem::rotations.
 Eigen::Matrix3d change_with_rotation(const GyroscopeTurn& turn, const Eigen::Matrix3d& R) {
   return turn.rotation_before_from_after ? Eigen::Matrix3d(-Eigen::Matrix3d::Identity())
                                          : cross_matrix(R * turn.up_after.normalized());
 }
 
-// Errors of variance 1 that the turns share. They are columns of the problem.
+// Errors that the turns share, scaled to variance 1. They are unknowns of the problem.
 struct SharedErrors {
   std::string name;
   double input_u = not_a_number;
@@ -49,8 +52,8 @@ struct SharedErrors {
 };
 
 // Computes the effect of errors of the Earth's rotation on the residuals. The heading is unknown.
-// As long as a turn follows the one before it, the attitude continues from turn to turn; otherwise
-// a new unknown heading begins.
+// If a turn begins at the rest where the previous turn ended, the attitude continues. Otherwise a
+// new unknown heading begins.
 SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& options) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index chains =
@@ -80,8 +83,8 @@ SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& o
           .columns = columns.rightCols(columns.cols() - (options.earth_up_u > 0.0 ? 0 : 1))};
 }
 
-// Computes the effect of errors at the rests on the residuals: errors of the directions, or of the
-// cube's faces.
+// Computes the effect of errors at the rests on the residuals. They are errors of the measured
+// directions or of the cube's face normals.
 SharedErrors errors_at_rests(const TurnSystem& system) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index parts = system.turns.front().errors_before.cols();
@@ -100,8 +103,8 @@ SharedErrors errors_at_rests(const TurnSystem& system) {
   return shared;
 }
 
-// Units of up to 24 consecutive turns. The errors of different units are treated as independent,
-// although two units may share one rest.
+// Divides the turns into units of up to 24 consecutive turns. The errors of different units are
+// treated as independent, although two units may share one rest.
 std::vector<std::pair<Eigen::Index, Eigen::Index>> units_of(std::span<const GyroscopeTurn> turns) {
   constexpr Eigen::Index most = 24;
   std::vector<std::pair<Eigen::Index, Eigen::Index>>
@@ -213,7 +216,8 @@ class TurnWeighing {
     return by_units;
   }
 
-  // K of a unit: the effect of the rests' errors on its rows, three errors for each rest.
+  // Returns the matrix K of a unit: the derivative of its rows with respect to the errors at the
+  // rests, three for each rest.
   [[nodiscard]] Eigen::MatrixXd errors_at_rests_of(
       const std::pair<Eigen::Index, Eigen::Index>& unit) const {
     const auto& [first, count] = unit;
@@ -227,20 +231,20 @@ class TurnWeighing {
     return at_rests;
   }
 
-  // Makes the errors of all rows independent. The errors of a unit have two parts: the turns' own
-  // errors with root D, and the errors of the rests between the turns with root K. In the
-  // eigenvectors of D^-1 K K^T D^-1 the covariances of both parts are diagonal, whatever their
-  // variances are. Each row can then be treated separately. If the rests have no errors, a division
-  // by D is sufficient.
+  // Makes the errors of all rows independent. The errors of a unit have two parts. The turns' own
+  // errors have a covariance proportional to D D^T. The errors at the rests between the turns have
+  // a covariance proportional to K K^T. In the basis of the eigenvectors of D^-1 K K^T D^-1, both
+  // covariances are diagonal for any values of the two variances. Each row can then be treated
+  // separately. If the rests have no errors, a division by D is sufficient.
   void put_scatter(bool by_rests) {
     const Eigen::Index informative = (problem_.W.rowwise().squaredNorm().array() > 0.0).count();
-    constexpr Eigen::Index fewest = 18;  // degrees of freedom that separate two variances
+    constexpr Eigen::Index fewest = 18;  // degrees of freedom needed to separate two variances
     by_rests = by_rests && informative - (to_parameters_.cols() - problem_.prior) >= fewest;
     problem_.rows = 1;
     problem_.roots.assign(by_rests ? 2 : 1, Eigen::MatrixXd::Zero(problem_.y.size(), 1));
     for (std::size_t u = 0; u < units_.size(); ++u) {
       std::vector<Eigen::Index> said;                          // rows that contain information
-      Eigen::VectorXd per_own = Eigen::VectorXd::Zero(rows_);  // D^-1
+      Eigen::VectorXd per_own = Eigen::VectorXd::Zero(rows_);  // diagonal of D^-1
       for (Eigen::Index t = 0; t < units_[u].second; ++t) {
         const auto i = static_cast<std::size_t>(units_[u].first + t);
         const Eigen::Vector3d says = informative_rows(system_.turns[i]).rowwise().norm();
@@ -271,7 +275,8 @@ class TurnWeighing {
     problem_.W = apart(std::move(problem_.W));
     const Eigen::VectorXd y = problem_.y;
     problem_.y = apart(y);
-    // The variance of the turns' own errors stays above 0, so that V has an inverse.
+    // The variance of the turns' own errors stays above 0, so that the covariance of the rows has
+    // an inverse.
     const double mean_square =
         y.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(informative, 1));
     problem_.smallest = Eigen::VectorXd::Zero(by_rests ? 2 : 1);
@@ -310,7 +315,7 @@ class TurnWeighing {
            .covariance = by_bias,
            .degrees_of_freedom = std::min(rests_.degrees_of_freedom, as_good_as_infinite)});
     }
-    // The bias differs from rest to rest.
+    // The component "rests" is the change of the bias from rest to rest.
     Eigen::MatrixXd by_rest = Eigen::MatrixXd::Zero(parameters, parameters);
     if (bias_columns_ > 0 && rests_.between_rests.maxCoeff() > 0.0) {
       for (Eigen::Index k = 0; k < 3; ++k) {
@@ -413,7 +418,8 @@ WeighedTurns weigh_turns(const TurnSystem& system,
 RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B) {
   const Eigen::Vector3d per_rate = B.inverse().rowwise().norm();
   for (int k = 0; k < 3; ++k) {
-    const double of_earth = earth_rate_rad_per_s * per_rate(k);  // the largest effect
+    // The largest effect of the Earth's rotation on this component of the bias.
+    const double of_earth = earth_rate_rad_per_s * per_rate(k);
     const double square = rests.between_rests(k) * rests.between_rests(k) - of_earth * of_earth;
     rests.between_rests(k) = std::sqrt(std::max(square, 0.0));
   }

@@ -11,14 +11,15 @@
 
 namespace axiscal {
 
-/// Turns, linearised about a solution.
+/// The equations of the turns, linearised about a solution.
 struct TurnSystem {
   std::span<const GyroscopeTurn> turns;
   Eigen::VectorXd residuals;  ///< 3 for each turn, in the sensor's frame before the turn [rad]
-  Eigen::MatrixXd jacobian;   ///< 3 n x 12, for the record's parameters
+  Eigen::MatrixXd jacobian;   ///< 3 n x 12: derivatives with respect to the record's parameters
   /// R(T) of each turn: the rotation from the sensor's frame after the turn to that before it
   std::vector<Eigen::Matrix3d> rotations;
-  /// The possible effect of the sampling on the residuals, 3 for each turn; empty if ignored.
+  /// The possible effect of the finite sampling rate on the residuals, 3 for each turn; empty if it
+  /// is ignored.
   Eigen::VectorXd sampling;
 };
 
@@ -26,9 +27,10 @@ struct TurnSystem {
 struct WeighedTurns {
   Eigen::VectorXd step;  ///< change of the 12 parameters from the given solution
   double sd_rad = 0.0;   ///< standard deviation of a component of a turn's error
-  /// standard deviation of a component of a rest's error, which two turns share
+  /// standard deviation of a component of the error at a rest; the turns before and after the rest
+  /// share this error
   double rest_sd_rad = 0.0;
-  /// smallest degrees of freedom of a sensitivity
+  /// degrees of freedom of the sensitivity that has the fewest
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   /// 12 x 12: covariance of the parameters from all scatter
   Eigen::MatrixXd covariance;

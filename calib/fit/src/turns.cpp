@@ -31,7 +31,7 @@ namespace axiscal {
 namespace {
 
 constexpr int most_turn_rounds = 50;
-constexpr double most_revolutions_by_hand = 20.0;  // in one turn from rest to rest
+constexpr double most_revolutions_by_hand = 20.0;  // limit for one turn from rest to rest
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -40,7 +40,7 @@ Eigen::Vector3d rotation_vector_of(const Eigen::Matrix3d& R) {
   return turn.angle() * turn.axis();
 }
 
-// The turns, with their readings minus the bias packed for integration.
+// The turns. Their readings minus the bias are packed for integration.
 class TurnSet {
  public:
   TurnSet(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias)
@@ -53,7 +53,7 @@ class TurnSet {
 
   struct State {
     Eigen::VectorXd residuals;               // 3 for each turn
-    Eigen::MatrixXd jacobian;                // 3 n x 12: B row by row, then the bias
+    Eigen::MatrixXd jacobian;                // 3 n x 12: derivatives by B (row by row) and the bias
     std::vector<Eigen::Matrix3d> rotations;  // R(T) of each turn, relative to the Earth
     [[nodiscard]] double cost() const { return residuals.squaredNorm(); }
   };
@@ -121,7 +121,7 @@ class TurnSet {
   std::vector<Eigen::Matrix3d> earth_;  // the Earth's rotation during the turn
 };
 
-// The state of the search: B, the bias if it is fitted, and the residuals.
+// The state of the search: B (the inverse of the sensitivity), the bias, and the residuals.
 struct Candidate {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
@@ -129,7 +129,7 @@ struct Candidate {
   TurnSet::State state;
 };
 
-// Unknowns are B row by row, and the bias if it is fitted too.
+// The problem for gauss_newton(). The unknowns are B, row by row, and the bias if it is fitted.
 class TurnProblem {
  public:
   using State = Candidate;
@@ -170,7 +170,7 @@ class TurnProblem {
   bool fit_bias_;
 };
 
-// The usual scales of gyroscopes [rad/s per unit].
+// Returns the usual scales of gyroscopes [rad/s per unit].
 std::vector<double> usual_scales() {
   std::vector<double> scales = {1.0, rad_per_deg, 1e-3, 1e-3 * rad_per_deg};
   for (const double counts_per_deg_s :
@@ -188,7 +188,8 @@ std::vector<double> all_scales() {
   return scales;
 }
 
-constexpr double good_rms_rad = 0.15;  // calibration errors do not explain larger rms
+// Limit of the rms of the attitude errors. Calibration errors do not explain a larger rms.
+constexpr double good_rms_rad = 0.15;
 
 double rms_of(double cost, std::size_t turns) {
   return std::sqrt(cost / static_cast<double>(turns));
@@ -221,8 +222,8 @@ Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
   return scale * Eigen::Matrix3d::Identity();
 }
 
-// Computes the derivative of B and the bias with respect to the record's parameters: the bias and
-// row k of S, axis by axis. It uses dB = -B dS B.
+// Computes the derivative of B and the bias with respect to the record's parameters. For each axis
+// k, these are its bias and row k of S. The formula for B is dB = -B dS B.
 Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   Eigen::Matrix<double, 12, 12> change = Eigen::Matrix<double, 12, 12>::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -238,9 +239,9 @@ Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   return change;
 }
 
-// Estimates the possible effect of the sampling on the residuals (method.md, section 4, turns). The
-// residuals are computed twice, without the odd and without the even samples. The effect is a sixth
-// of the difference.
+// Estimates the possible effect of the finite sampling rate on the residuals (method.md, section 4,
+// turns). The residuals are computed twice, without the odd and without the even samples. The
+// effect is a sixth of the difference.
 class HalvedTurns {
  public:
   explicit HalvedTurns(std::span<const GyroscopeTurn> turns) : turns_(turns) {}
@@ -301,8 +302,8 @@ std::vector<Eigen::Index> open_unknowns(const Eigen::MatrixXd& J) {
   return confounded_columns(J, open_below, 0.1);
 }
 
-// True if an unknown is undetermined, or if it affects the turns so little that noise determines
-// it.
+// Returns true if an unknown is undetermined, or if it affects the turns so little that its
+// estimate is mainly noise.
 bool leaves_room(const Eigen::MatrixXd& J) {
   constexpr double little = 0.1;
   const Eigen::VectorXd lengths = J.colwise().norm();

@@ -120,8 +120,8 @@ class BudgetMaker {
     add(reference_source, "normal", u, "1", change * change.transpose());
   }
 
-  // Adds the effect of the uncertain magnitude of a part. A part whose length is fitted has no such
-  // uncertainty.
+  // Adds the effect of the uncertain magnitude of a part of the field. A part whose magnitude is
+  // fitted has no such uncertainty.
   void add_part_magnitude(std::size_t which) {
     const FieldDescription& part = calibration_.sensor.field.parts[which];
     if (!(part.magnitude_u > 0.0) || part.free_length || field_.size() <= which) {
@@ -173,7 +173,8 @@ class BudgetMaker {
     }
   }
 
-  // If the instrument is mounted again, its orientation in the cube changes slightly.
+  // Adds the uncertainty of the instrument's orientation in the cube. The orientation changes
+  // slightly each time the instrument is mounted.
   void add_mount() {
     const std::optional<Mount> mount = experiment_.positioner.mount(experiment_.slot);
     if (!mount || !(mount->repeatability_rad > 0.0)) {
@@ -184,7 +185,8 @@ class BudgetMaker {
       const Eigen::Vector3d axis = Eigen::Vector3d::Unit(j);
       SensitivityMatrix turned(calibration_.sensor.response.sensitivity.rows(), 3);
       for (Eigen::Index k = 0; k < turned.rows(); ++k) {
-        // S (w cross f) = (S cross w) f.
+        // A rotation w changes the field f by w cross f. The response of the axis with the row S of
+        // sensitivities changes by S (w cross f) = (S cross w) f.
         const Eigen::Vector3d row = calibration_.sensor.response.sensitivity.row(k);
         turned.row(k) = row.cross(axis).transpose();
       }
@@ -194,7 +196,7 @@ class BudgetMaker {
     add("mount", "normal", mount->repeatability_rad, "rad", std::move(covariance));
   }
 
-  // True if the scatter already includes the rounding of an axis.
+  // Returns true if the scatter already includes the rounding error of an axis.
   [[nodiscard]] bool is_counted_as_scatter(Eigen::Index axis) const {
     return std::any_of(statistics_.components.begin(), statistics_.components.end(),
                        [axis](const ScatterComponent& component) {

@@ -12,8 +12,9 @@
 namespace axiscal {
 namespace {
 
-// Readings are averaged only if their design point, mount, level, tilt and soak are equal. Tilt and
-// soak are included, because the model has separate terms for each tilt and each soak.
+// Readings are averaged only if they have the same design point, mount, level, slope of the table
+// and temperature level (soak). The slope and the soak are included, because the model has separate
+// terms for each of them.
 using Pose = std::tuple<std::optional<DesignPoint>, int, FieldLevel, std::size_t, int>;
 
 Pose pose_of(const ReadingSet& set, std::size_t i) {

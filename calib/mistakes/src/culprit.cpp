@@ -105,7 +105,7 @@ bool same_data(const Explanation& a, const Explanation& b) {
   return difference < 1e-6;
 }
 
-// The largest change of a coefficient by a mistake, as a fraction of the full response.
+// Returns the largest change of a coefficient by a mistake, as a fraction of the full response.
 double effect_of(const SuspectRun& run, const Explanation& explanation) {
   double effect = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
@@ -195,9 +195,8 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   return {.culprit = std::move(result), .remark = {}};
 }
 
-// Returns true if the means of layings scatter more than the readings within a laying. A laying is
-// a series of consecutive readings between which the cube was not laid down again. If its readings
-// have a common error, only the means of layings are independent.
+// Returns true if consecutive readings at one design point share an error. Their means then scatter
+// more than the readings scatter about these means, and only the means are independent.
 bool scatter_by_layings(const Layings& layings, const Estimate& estimate, bool known_field) {
   constexpr double fewest_within = 6.0;
   if (layings.degrees_of_freedom.minCoeff() < fewest_within) {
@@ -220,7 +219,8 @@ bool scatter_by_layings(const Layings& layings, const Estimate& estimate, bool k
   return axes.p_value() < differs;
 }
 
-// @return the means of layings, with weights scaled to mean 1 for each axis.
+// Returns the means over consecutive readings at one design point. Their weights are scaled to mean
+// 1 for each axis.
 ReadingSet means_of(const Layings& layings) {
   ReadingSet means = layings.set();
   const Eigen::RowVectorXd readings_of_mean = means.weights.colwise().mean();

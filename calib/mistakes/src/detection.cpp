@@ -16,14 +16,14 @@ namespace axiscal {
 namespace {
 
 // The level of significance of all nested F tests together. These tests assume that the noise of
-// the axes is equal or has a stated ratio. The tests of a class are correlated, so only 0.6 % of
-// good runs are called bad (by Monte Carlo simulation).
+// the axes is equal or has a stated ratio. Tests for the same kind of mistake are correlated, so
+// only 0.6 % of good runs are called bad (by Monte Carlo simulation).
 constexpr double false_alarm = 0.016;
 // The axes' noise clearly differs if the test for equal scatter has a p-value below this.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
-// Levels of significance if each reading is tested against the others: of this test, and of the
-// tests of the other mistakes.
+// Levels of significance for runs that have enough readings to test each one against the others.
+// The first is that of this test. The second is that of the tests for other kinds of mistakes.
 constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
 
@@ -337,7 +337,8 @@ bool is_bad(SuspectRun& run) {
   constexpr double rare = 100.0;  // two independent mistakes are rarer than one by this factor
   const double pairs = rare * 0.5 * readings * (readings - 1.0);
   const bool many = run.has_independent_readings();
-  // Valid for any ratio of the axes' noise, because each reading is tested against the others.
+  // pair_p() is valid for any ratio of the axes' noise, because it tests two readings against the
+  // others.
   if (many) {
     smallest = pairs * pair_p(run, weighed);
   } else {

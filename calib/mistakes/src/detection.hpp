@@ -5,11 +5,12 @@
 
 namespace axiscal {
 
-// Limits of the quick tests.
+// The limits below are those of the quick tests.
+
 // Number of classes of tests that share one level of significance.
 inline constexpr double classes = 8.0;
 inline constexpr double worth_a_look = 0.04;  // p-value below which mistakes are searched for
-// Scatter / full response above which a run is suspicious.
+// Limit of the scatter, as a fraction of the full response. Above it, a run is suspicious.
 inline constexpr double large_share = 0.003;
 // The axes' noise is taken as equal if the test for equal scatter has a p-value above this.
 inline constexpr double may_be_equal = 0.5;

@@ -22,7 +22,7 @@ struct HypothesisFit {
   Eigen::VectorXd degrees_of_freedom;  ///< m
   double loss = 1.0;                   ///< dof_reduction_factor() of the residuals
   Eigen::VectorXd added;               ///< q: estimated coefficients of the added columns
-  Eigen::VectorXd information;         ///< q: inverse variances of `added`, at unit noise
+  Eigen::VectorXd information;         ///< q: inverse variances of `added`, for noise of one scale
   Eigen::MatrixXd residuals;           ///< n x m: weighted, in units of the axes' scales
   std::shared_ptr<const Fit> fit;      ///< null after forget_readings()
 

@@ -114,7 +114,7 @@ double nested_f_p(double total, double dof, double drop, double q, double loss) 
 }
 
 double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
-  // Fewer axes do not determine the residual along the field.
+  // With fewer axes, the residual along the field is not determined.
   constexpr Eigen::Index fewest_axes = 3;
   if (!with.fitted || run.m() < fewest_axes) {
     return 0.0;

@@ -12,8 +12,8 @@
 
 namespace axiscal {
 
-// Ranges of a mistake's parameters (docs/method/mistakes.md): an angle [rad], a value and a drift
-// [both as fractions of the full response].
+// Prior ranges of the parameters of mistakes (docs/method/mistakes.md): an angle [rad], then the
+// error of a value and a drift, both as fractions of the full response.
 inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;
@@ -102,19 +102,19 @@ struct MistakeKind {
 /// calibrates.
 void add_mistake_kind(const MistakeKind& kind);
 
-/// The p-value of the F test of q added parameters, which reduce the sum of squares `total` by
-/// `drop`.
+/// Returns the p-value of the F test of q added parameters, which reduce the sum of squares `total`
+/// by `drop`.
 ///
-/// The result is 1 if a hypothesis adds no parameters, for example if it only changes a pose,
-/// because the F test then does not apply.
+/// If a hypothesis adds no parameters (for example a changed pose), the F test does not apply, and
+/// the result is 1.
 /// @param dof   the degrees of freedom of `total`.
 /// @param loss  divides the degrees of freedom of both sums of squares (dof_reduction_factor()).
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
-/// nested_f_p() of the residuals perpendicular to the field of each reading; 0 if the run has fewer
-/// than 3 axes. If the cube's seat varies from reading to reading, these residuals scatter more
-/// than the residuals along the field. A turn of the table also changes only the perpendicular
-/// residuals, so it is tested with these only.
+/// Returns nested_f_p() for the residuals perpendicular to the field of each reading, or 0 if the
+/// run has fewer than 3 axes. If the cube's seat varies from reading to reading, these residuals
+/// scatter more than the residuals along the field. A turn of the table also changes only the
+/// perpendicular residuals, so only these test for a turn of the table.
 [[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
 /// @return a correction with this code and the run numbers of these readings.

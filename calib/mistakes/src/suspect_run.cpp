@@ -115,7 +115,7 @@ std::vector<std::size_t> SuspectRun::largest_residuals(std::size_t most) const {
   return first_of(all, most);
 }
 
-// The rows of these readings among all n m rows, which are sorted by axis.
+// Returns the rows of these readings among all n m rows, which are sorted by axis.
 std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& readings) const {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < m(); ++k) {
@@ -166,7 +166,7 @@ double SuspectRun::rss_drop_without_readings(const HypothesisFit& fit,
                      : drop_of_rows<Eigen::Dynamic, Eigen::Dynamic>(fit, readings, m());
 }
 
-// The formula is valid because the residuals are orthogonal to the basis of the fit.
+// Uses the residuals without a projection, because they are orthogonal to the basis of the fit.
 double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::MatrixXd Z) const {
   for (Eigen::Index k = 0; k < m(); ++k) {
     Z.middleRows(n() * k, n()).array().colwise() *=
@@ -178,7 +178,8 @@ double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::Matrix
   return squares_by(left, c, 1e-9 * Z.colwise().squaredNorm().maxCoeff());
 }
 
-// rss_drop_with_columns() for one column that is 1 for these readings of one axis, and 0 otherwise.
+// Equals rss_drop_with_columns() for one column that is 1 for these readings of one axis, and 0
+// otherwise.
 double SuspectRun::rss_drop_with_shift(const HypothesisFit& fit,
                                        Eigen::Index axis,
                                        const std::vector<std::size_t>& readings) const {

@@ -54,7 +54,8 @@ class SuspectRun {
   /// reduces the sum of squares too little.
   [[nodiscard]] const HypothesisFit& without(std::size_t i) const { return deletions_[i]; }
 
-  /// Positions of the readings, the one whose deletion reduces the sum of squares most first.
+  /// Positions of the readings, sorted by the reduction of the sum of squares that their deletion
+  /// causes, the largest first.
   [[nodiscard]] const std::vector<std::size_t>& ranked_by_deletion() const { return by_deletion_; }
 
   /// The best fit without two readings, and the positions of these two readings.
@@ -77,7 +78,7 @@ class SuspectRun {
     return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.field.magnitude();
   }
 
-  /// The smallest number of readings for the test of each reading against the others, axis by axis.
+  /// The smallest number of readings with which each reading can be tested against the others.
   static constexpr Eigen::Index fewest_for_deletion = 24;
   [[nodiscard]] bool has_independent_readings() const { return n() >= fewest_for_deletion; }
 
@@ -86,21 +87,21 @@ class SuspectRun {
 
   [[nodiscard]] std::vector<std::size_t> largest_residuals(std::size_t most) const;
 
-  /// The reduction of the sum of squares without some readings, or with added columns, to first
-  /// order.
+  /// Return the reduction of the sum of squares, to first order, if some readings are left out, or
+  /// if columns are added.
   [[nodiscard]] double rss_drop_without_readings(const HypothesisFit& fit,
                                                  std::span<const std::size_t> readings) const;
   [[nodiscard]] double rss_drop_with_columns(const HypothesisFit& fit,
                                              Eigen::MatrixXd columns) const;
 
-  /// The reduction of the sum of squares by a common shift of some readings of one axis, to first
-  /// order.
+  /// Returns the reduction of the sum of squares, to first order, by a common shift of some
+  /// readings of one axis.
   [[nodiscard]] double rss_drop_with_shift(const HypothesisFit& fit,
                                            Eigen::Index axis,
                                            const std::vector<std::size_t>& readings) const;
 
-  /// The fit with a free value for each axis of these readings. If `axis` is given, only this axis
-  /// of the first reading has a free value.
+  /// Returns the fit in which each axis of these readings has a free value. If `axis` is given,
+  /// only this axis of the first reading has a free value.
   [[nodiscard]] HypothesisFit arbitrary(const std::vector<std::size_t>& readings,
                                         std::optional<Eigen::Index> axis = {}) const;
 
@@ -118,8 +119,9 @@ class SuspectRun {
   std::array<std::size_t, 2> pair_{};
 };
 
-/// c^T M^-1 c by a Cholesky factorisation without pivoting; 0 if a pivot is not above `open_below`.
-/// It does not call Eigen, so that the compiler can unroll the loops if M has few rows.
+/// Returns c^T M^-1 c, by a Cholesky factorisation without pivoting. Returns 0 if a pivot is not
+/// above `open_below`. The loops do not call Eigen, so that the compiler can unroll them if M has
+/// few rows.
 /// @param M  symmetric; only the lower triangle is read.
 template <typename Square, typename Vector>
 [[nodiscard]] double squares_by(Square M, Vector c, double open_below) {

@@ -39,9 +39,10 @@ Eigen::MatrixXd orientation_rows(const std::vector<DesignEntry>& design) {
   return X;
 }
 
-// Returns the direction u, |u| = 1, that maximises u^T A u + 2 c^T u, with A positive semidefinite.
-// A step u <- A u + c, normalised, cannot decrease this value. The search starts from both ends of
-// each principal axis. The result is z if all directions have equal values, as in the best designs.
+// Returns the unit vector u that maximises u^T A u + 2 c^T u, with A positive semidefinite. Each
+// step replaces u by A u + c, normalised, which cannot decrease this value. The search starts from
+// both ends of each principal axis of A. If all directions have equal values, as in the best
+// designs, the result is the axis z.
 Eigen::Vector3d worst_direction(const Eigen::Matrix3d& A, const Eigen::Vector3d& c) {
   const auto value = [&](const Eigen::Vector3d& u) { return u.dot(A * u) + 2.0 * c.dot(u); };
   const Eigen::Matrix3d axes = symmetric_eigen(A).vectors;

@@ -31,11 +31,11 @@ namespace {
 // The linear map of one replicate, with readings in the order of the rows of a Fit.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
-  // Columns of a fit to all readings, those of b and S first. It has n m rows, one for each axis of
-  // each reading.
+  // Design matrix of a fit to all readings. It has n m rows, one for each axis of each reading. The
+  // columns for b and S come first.
   Eigen::MatrixXd columns;
-  // For each of the m axes, the number of equations of one replicate. After r replicates, the fit
-  // of an axis has r times this number minus `parameters` degrees of freedom.
+  // Number of equations of each axis in one replicate, m entries. The fit of an axis to r
+  // replicates has r times this number minus `parameters` degrees of freedom.
   Eigen::VectorXd degrees_of_freedom;
   // Number of parameters per axis, for all replicates together.
   double parameters = 4.0;
@@ -49,7 +49,7 @@ std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
   return sheet;
 }
 
-// The field in the frame table, with the expected slope of the table.
+// Returns the field in the frame `table`, for the expected slope of the table.
 Eigen::Vector3d field_in_table(const ForecastSetup& setup) {
   return rotation_sloping_from_level(setup.slope) *
          setup.nominal.field.in_table.value_or(
@@ -69,8 +69,8 @@ ReadingSet reading_set(const ForecastSetup& setup) {
                 .positioner = setup.positioner,
                 .rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner});
   set.readings = observations.readings;
-  // The readings follow the linear response, also for light from behind: the forecast treats
-  // one-sided axes like two-sided ones.
+  // The forecast treats one-sided axes like two-sided ones, so the readings follow the linear
+  // response even for light from behind.
   set.response.resize(observations.size(), observations.response.cols());
   set.weights = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
   const Eigen::Vector3d in_table = field_in_table(setup);
@@ -120,8 +120,7 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
     }
     map.degrees_of_freedom =
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
-    // generalized_map() needs these columns, because it fits all readings instead of their
-    // averages.
+    // generalized_map() fits all readings instead of their averages, so it needs these columns.
     if (open.empty()) {
       map.columns = run.columns();
     }
@@ -142,11 +141,11 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
   return map;
 }
 
-// The effect of shared errors on n readings of m axes: n m rows, one for each axis of each reading,
-// and one column for each error of standard deviation 1.
+// The effect of errors that readings share on n readings of m axes. It has n m rows, one for each
+// axis of each reading, and one column for each independent error, for one standard deviation.
 using SharedErrors = Eigen::MatrixXd;
 
-// The effect of each uncertain input on the readings, by its name.
+// Returns the effect of each uncertain input on the readings. The keys are the names of the inputs.
 std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
                                                      const Fit& run,
                                                      const TableField& field) {
@@ -166,8 +165,8 @@ std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
   return errors;
 }
 
-// Returns the contribution of a world to the coefficients' covariance. The readings are in random
-// order, so any two of them are taken to have the mean correlation of the run.
+// Returns the covariance of the coefficients from the simulated errors in setup.world. The readings
+// are in random order, so any two of them are assumed to have the mean correlation of the run.
 // @param L  the linear map from the readings of one replicate to the coefficients.
 Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
                                     const Eigen::MatrixXd& L,
@@ -178,9 +177,10 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
   const Eigen::Index m = set.axis_count();
   const SensitivityMatrix& S = setup.nominal.response.sensitivity;
   const Eigen::Vector3d in_table = field_in_table(setup);
-  // The field's magnitude at each reading.
+  // Each matrix has the effect of one kind of error on all readings. `sizes` is for errors of the
+  // field's magnitude, and `seats` for turns of the cube, separately for each reading.
   Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(n * m, n);
-  Eigen::MatrixXd seats = Eigen::MatrixXd::Zero(n * m, 3 * n);  // the cube's turn at each reading
+  Eigen::MatrixXd seats = Eigen::MatrixXd::Zero(n * m, 3 * n);
   Eigen::MatrixXd gains = Eigen::MatrixXd::Zero(n * m, m);
   Eigen::MatrixXd biases = Eigen::MatrixXd::Zero(n * m, m);
   Eigen::MatrixXd mounts = Eigen::MatrixXd::Zero(n * m, 3);
@@ -202,7 +202,7 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
     }
   }
   const double readings = replicates * static_cast<double>(n);
-  // The mean correlation of any two readings of a run, from the correlation of neighbours.
+  // Returns the mean correlation of two readings of a run, from that of consecutive readings.
   const auto mean_correlation = [&](double neighbours) {
     constexpr int longest = 10000;
     double sum = 0.0;
@@ -227,7 +227,7 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
     add(sd * std::sqrt(std::max(alike, 0.0)), together, 1.0);
   };
   const double of_mean = std::sqrt(static_cast<double>(setup.samples));
-  constexpr double wander_of_neighbours = 0.9;  // correlation, see World::wander
+  constexpr double wander_of_neighbours = 0.9;  // correlation of consecutive readings
   add(world.block_sd, biases, replicates);
   add(world.gain, gains, replicates);
   add(std::hypot(world.mount_rad, world.remount_rad), mounts, replicates);
@@ -239,7 +239,7 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
         at_ends.cwiseSqrt().asDiagonal(), replicates);
   }
   if (world.ar != 0.0) {
-    // The noise includes the white part already.
+    // The forecast already includes the noise as white noise, so only its correlation is added.
     add(setup.noise_sd / of_mean * std::sqrt(std::max(mean_correlation(world.ar), 0.0)), biases,
         1.0);
   }
@@ -258,7 +258,7 @@ Eigen::MatrixXd part_of_world(const ForecastSetup& setup,
                                 : covariance_in_world(setup, L, replicates);
 }
 
-// Returns the covariance of the coefficients that shared errors cause.
+// Returns the covariance of the coefficients that is caused by errors that readings share.
 Eigen::MatrixXd part_of(const SharedErrors& errors, const Eigen::MatrixXd& map) {
   if (errors.size() == 0) {
     return Eigen::MatrixXd::Zero(map.rows(), map.rows());
@@ -330,7 +330,8 @@ Forecast forecast_of(const ForecastSetup& setup, const ForecastParts& parts, dou
   return result;
 }
 
-// The covariance of the field from a calibrated reading. `field` is in the instrument's frame.
+// Returns the covariance of the field that a calibrated reading gives.
+// @param field  the true field, in the instrument's frame.
 Eigen::Matrix3d field_covariance(const Forecast& forecast,
                                  const Eigen::MatrixXd& inverse,
                                  const Eigen::MatrixXd& covariance,
@@ -353,13 +354,14 @@ Eigen::MatrixXd inverse_of(const Forecast& forecast) {
   return inverse.inverse;
 }
 
-// The method that calibrate() would choose for these points.
+// Returns the method that calibrate() would choose for these design points.
 Method method_for(const Experiment& experiment, const std::vector<DesignEntry>& design) {
   Observations observations;
   for (const DesignEntry& entry : design) {
     observations.readings.push_back({.point = entry.point, .level = entry.level});
   }
-  // Fewer points do not determine the direction of the field, so it is taken as known.
+  // With fewer points than this, the direction of the field is not determined, so the forecast
+  // assumes that it is known.
   constexpr std::size_t fewest_for_direction = 10;
   const Method method = choose_method(experiment, observations);
   const bool is_open = !experiment.fit.method && method == Method::joint;
@@ -466,7 +468,7 @@ std::optional<double> replicates_for_angle(const ForecastSetup& setup, double wa
   if (!reaches(most)) {
     return std::nullopt;
   }
-  double low = 0.0;  // the largest number that is known not to be enough
+  double low = 0.0;  // this number of replicates is not enough
   double high = 1.0;
   while (!reaches(high)) {
     low = high;

@@ -25,8 +25,8 @@ void require_samples(const Recording& recording, std::size_t fewest) {
   }
 }
 
-// The attitudes of an instrument that is turned by hand in all directions. Each component of its
-// rate is a sum of slow sine waves. The rate is about 2 rad/s.
+// Simulates the attitude of an instrument that is turned by hand in all directions. Each component
+// of its angular rate is a sum of slow sine waves. The rate is about 2 rad/s.
 class TurningHand {
  public:
   explicit TurningHand(std::uint64_t seed) {
@@ -62,7 +62,7 @@ class TurningHand {
   double time_s_ = 0.0;
 };
 
-// A table of readings at the times of the samples, without labels.
+// Builds a table of simulated readings, one row for each sample.
 class RecordedReadings {
  public:
   RecordedReadings(const SensorModel& truth,
@@ -96,7 +96,9 @@ class RecordedReadings {
   Eigen::Index at_ = 0;
 };
 
-// The temperature goes smoothly up to the highest value and down again.
+// Returns the temperature of a sweep, which changes smoothly from the first value to the second and
+// back.
+// @param part  the elapsed fraction of the recording, 0 to 1.
 double swept_temperature(const Recording& recording, double part) {
   const auto [low, high] = recording.temperatures;
   return low + (high - low) * 0.5 * (1.0 - std::cos(2.0 * std::numbers::pi * part));

@@ -12,7 +12,8 @@
 namespace axiscal {
 namespace {
 
-// The field of each reading in the sensor: the reading of an ideal instrument.
+// Returns the field of each reading in the sensor's frame. It is simulated as the reading of an
+// ideal instrument.
 Eigen::MatrixXd fields_in_sensor(const StudySetup& setup) {
   SensorModel ideal = setup.truth;
   ideal.instrument.axes = {"x", "y", "z"};

@@ -20,8 +20,8 @@ namespace axiscal {
 
 SensorModel on_level_table(SensorModel truth) {
   FieldDescription& field = truth.field;
-  // The vertical in the table's frame: the direction of gravity, or else the direction of a
-  // turntable's axis.
+  // The vertical in the table's frame: the direction of gravity or, without gravity, the axis of a
+  // turntable.
   const Eigen::Vector3d* up = nullptr;
   if (field.parts.empty() && field.in_table && field_kind(field.kind).along_normal) {
     up = &*field.in_table;

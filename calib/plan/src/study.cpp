@@ -27,7 +27,7 @@
 namespace axiscal {
 namespace {
 
-// The seed of a trial, independent of the seeds of all other trials (splitmix64).
+// Returns the seed of a trial. The seeds of different trials are independent (splitmix64).
 std::uint64_t seed_of_trial(std::uint64_t seed, std::int64_t trial) {
   std::uint64_t z = seed * 0x9E3779B97F4A7C15ULL +
                     (static_cast<std::uint64_t>(trial) + 1) * 0xD1B54A32D192ED03ULL;
@@ -36,7 +36,7 @@ std::uint64_t seed_of_trial(std::uint64_t seed, std::int64_t trial) {
   return z ^ (z >> 31U);
 }
 
-// The standard deviation of each run's further slope, along x and y [rad].
+// Returns the standard deviation of each run's additional slope, for x and y each [rad].
 double slope_sd_of(const StudySetup& setup) {
   return setup.simulation.world.stated ? std::hypot(setup.slope_sd, setup.experiment.stated.slope_u)
                                        : setup.slope_sd;
@@ -84,7 +84,8 @@ class Trial {
                          : fitted_record(setup_.experiment, run.observations);
   }
 
-  // The best possible result of a calibration of the run: the truth, with the mean bias of the run.
+  // Returns the best possible result of a calibration of the run: the truth with the run's mean
+  // bias.
   [[nodiscard]] SensorModel truth() const {
     SensorModel truth = setup_.truth;
     truth.response.bias += bias_of_run_;
@@ -92,8 +93,8 @@ class Trial {
     return free ? rotated_to_shape(std::move(truth), setup_.experiment.fit.shape) : truth;
   }
 
-  // Adds to `sums` the errors of the results of one reading in a random attitude, and their stated
-  // u and U.
+  // Simulates one reading in a random attitude and adds the errors of its field components and
+  // angles to `sums`, together with their stated uncertainties.
   void add_angles(const Calibration& calibration, std::vector<StudySums>& sums, std::size_t from) {
     constexpr double highest = 0.984807753012208;  // sin 80 degrees
     const double sine = highest * (2.0 * random_.uniform() - 1.0);
@@ -199,7 +200,7 @@ class Trial {
   Eigen::VectorXd bias_of_run_;
 };
 
-// The truth with its temperature polynomials about the reference temperature of a calibration.
+// Converts the truth's temperature polynomials to the reference temperature of a calibration.
 SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
   if (!truth.temperature || !calibration.sensor.temperature) {
     return truth;
@@ -228,7 +229,7 @@ SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
   for (std::size_t k = 0; k < terms.spans.size(); ++k) {
     terms.spans[k].reference = calibration.sensor.temperature->spans[k].reference;
   }
-  // Fitted terms that the truth lacks are 0.
+  // Temperature terms that are fitted but that the truth lacks are 0 in the truth.
   const Eigen::Index fitted = calibration.sensor.temperature->bias.cols();
   if (fitted > order) {
     for (Eigen::MatrixXd* const all : {&terms.bias, &terms.scale}) {
@@ -245,7 +246,7 @@ std::string digest_of(const StudySetup& setup) {
   Calibration record;
   record.sensor = setup.truth;
   std::string text = calibration_json(record);
-  // Fields that a program defines are described by the names of their kinds.
+  // User-defined fields are described only by the names of their kinds.
   if (!can_be_stated(described)) {
     described.also.insert(described.also.begin(), std::exchange(described.field, FieldSetup()));
     for (const FieldSetup& field : std::exchange(described.also, {})) {
@@ -300,7 +301,8 @@ bool gives_angles(const StudySetup& setup) {
          find_instrument_kind(setup.truth.instrument.kind).has_axis_elevation;
 }
 
-// A root of the covariance of the positioner's normals, if these are simulated.
+// Returns a matrix square root of the covariance of the positioner's normals; empty if errors of
+// the normals are not simulated.
 Eigen::MatrixXd root_of_normals(const StudySetup& setup) {
   const auto& covariance = setup.experiment.positioner.description().normal_covariance;
   if (!setup.random_normals && !(setup.simulation.world.stated && covariance)) {
@@ -322,7 +324,7 @@ struct StudyBlock {
   std::map<std::string, std::int64_t> warnings;
 };
 
-// Counts each kind of warning once for a trial.
+// Adds a trial to the count of each warning that its calibration has.
 void count_warnings(const Calibration& calibration, std::map<std::string, std::int64_t>& counts) {
   std::set<std::string> names;
   for (const CalibrationWarning& warning : calibration.findings.warnings) {
@@ -334,8 +336,8 @@ void count_warnings(const Calibration& calibration, std::map<std::string, std::i
   }
 }
 
-// @param is_first  true for the first block of a shard. In this block a refused trial throws,
-//                  unless an earlier trial gave a calibration.
+// @param is_first  true for the first block of a shard. In this block a refused trial throws an
+//                  error, unless an earlier trial gave a calibration.
 StudyBlock run_block(const StudySetup& setup,
                      const Eigen::MatrixXd& normal_root,
                      const Study& study,
@@ -401,7 +403,8 @@ Study run_study(const StudySetup& given,
     return study;
   }
   StudySetup setup = given;
-  // The search for mistakes changes coefficients only if it finds a drift.
+  // The search for mistakes changes coefficients only if it finds a drift, so it is omitted for
+  // white noise.
   setup.experiment.fit.search_for_mistakes = setup.alarms || !setup.simulation.world.is_white();
   const Eigen::MatrixXd normal_root = root_of_normals(setup);
   study.block = 250;

@@ -9,8 +9,8 @@
 
 namespace axiscal {
 
-/// The numbers of a shard's blocks, from 0. Shard I of N runs every N-th block, starting with the
-/// I-th.
+/// @return the zero-based numbers of a shard's blocks. Shard I of N runs every N-th block, starting
+///         with the I-th.
 [[nodiscard]] inline std::vector<std::int64_t> blocks_of_shard(const Study& study,
                                                                const Shard& shard) {
   std::vector<std::int64_t> blocks;
@@ -20,7 +20,7 @@ namespace axiscal {
   return blocks;
 }
 
-/// Adds counts by name to their sum.
+/// Adds the count of each name to `sum`.
 inline void add_counts(const std::map<std::string, std::int64_t>& counts,
                        std::map<std::string, std::int64_t>& sum) {
   for (const auto& [name, count] : counts) {
@@ -48,7 +48,8 @@ class ProgressReport {
   std::int64_t done_ = 0;
 };
 
-/// Runs a study of only the regression. Sets parameters, block, blocks and sums of `study`.
+/// Runs a study with StudySetup::regression_only. Sets the parameters, block, blocks and sums of
+/// `study`.
 /// @param study  receives the results; its seed, trials and setup must be set.
 void run_regression_study(const StudySetup& setup,
                           const Shard& shard,

@@ -53,9 +53,10 @@ Sums squares_of(const RelativeErrors& errors, const SensitivityMatrix& sensitivi
     sums.main += S(main) * S(main) / m;
     sums.cross += (S.squaredNorm() - S(main) * S(main)) / (2.0 * m);
   }
-  // For a field F u the error of f_hat / F is -E u - e with E = S^-1 dS and e = S^-1 db / F. Its
-  // part across u has two components. The mean square of one component over all directions u is
-  // half of 2/3 |e|^2 + 1/3 |E|^2 - (tr(E)^2 + |E|^2 + tr(E E)) / 15.
+  // If b and S have the errors db and dS, a field F u with |u| = 1 is measured with the relative
+  // error -E u - e, where E = S^-1 dS and e = S^-1 db / F. The part of this error that is
+  // perpendicular to u has two components. The mean square of one component over all u is half of
+  // 2/3 |e|^2 + 1/3 |E|^2 - (tr(E)^2 + |E|^2 + tr(E E)) / 15.
   Eigen::MatrixXd scaled(errors.rows(), 4);
   for (Eigen::Index k = 0; k < errors.rows(); ++k) {
     scaled.row(k) = errors.row(k) * sensitivity.row(k).norm();
@@ -100,7 +101,8 @@ CalibrationErrors closed_form(const ToleranceStudy& study, Method method) {
   description.normal_covariance = normal_covariance_of(study.drawing, study.tolerances);
   setup.positioner = Positioner(std::move(description));
   const Forecast result = forecast(setup);
-  // The expected squared errors are the sums over the principal components of the covariance.
+  // The expected square of each error is the sum of its squares for all principal components of the
+  // covariance.
   const SymmetricEigen eigen = symmetric_eigen(result.positioner);
   Sums sums;
   const SensitivityMatrix& S = study.nominal.response.sensitivity;
@@ -124,8 +126,8 @@ Experiment experiment_of(const ToleranceStudy& study, Method method) {
   experiment.instrument = study.nominal.instrument;
   experiment.field = setup_of(study.nominal.field, true);
   experiment.fit.method = method;
-  experiment.positioner = Positioner(study.drawing, study.surface);  // as drawn
-  experiment.fit.search_for_mistakes = false;  // the cube is wrong, not a reading
+  experiment.positioner = Positioner(study.drawing, study.surface);  // the cube of the drawing
+  experiment.fit.search_for_mistakes = false;  // the errors are in the cube, not in the readings
   return experiment;
 }
 
@@ -139,7 +141,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
   const double F = study.nominal.field.magnitude;
   std::vector<std::optional<LinearResponse>> responses(static_cast<std::size_t>(study.trials));
   for_each_in_parallel(responses.size(), [&](std::size_t trial) {
-    // The cube depends only on the trial, so every method is tested with the same cubes.
+    // The random cube depends only on the number of the trial, so all methods get the same cubes.
     RandomStream random(study.seed, static_cast<std::uint32_t>(trial) + 16);
     try {
       const Positioner cube =

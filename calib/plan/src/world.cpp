@@ -17,8 +17,8 @@
 namespace axiscal {
 namespace {
 
-// An entry of a world: its name, and the member with its numbers. Both members are null for the
-// entries that are not a `double`.
+// The name of a member of World, and a pointer to it. Both pointers are null for `tails` and
+// `stated`, which have other types.
 struct Entry {
   std::string_view name;
   double World::*number = nullptr;
@@ -97,7 +97,7 @@ void put(World& world, std::string_view name, const std::vector<double>& values)
   }
 }
 
-// The numbers of an entry; empty if they are all 0.
+// Returns the numbers of an entry; empty if they are all 0.
 std::vector<double> numbers_of(const World& world, const Entry& entry) {
   if (entry.by_axis != nullptr) {
     const std::vector<double>& values = world.*(entry.by_axis);

@@ -11,9 +11,9 @@
 namespace axiscal {
 namespace {
 
-// Random streams of one seed. Stream 0 shuffles run sheets, and streams with small numbers are the
-// noise of the instruments. stream_of_cube has the effects that all instruments of a run share.
-// Streams from stream_of_world on have the other effects, one stream for each instrument.
+// Numbers of the random streams of one seed. Stream 0 shuffles run sheets. The next streams draw
+// the noise, one for each instrument. stream_of_cube draws the errors that all instruments of a run
+// share. The streams from stream_of_world on draw the other errors, one for each instrument.
 constexpr std::uint32_t stream_of_cube = 1U << 20U;
 constexpr std::uint32_t stream_of_world = 1U << 21U;
 
@@ -39,7 +39,7 @@ WorldEffects::WorldEffects(const World& world,
 void WorldEffects::next(int block) {
   ++at_;
   if (!has_any_) {
-    return;  // a white world needs no further random numbers
+    return;  // white noise alone needs no further random numbers
   }
   if (block != block_) {
     block_ = block;

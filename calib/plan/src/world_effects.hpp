@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// The effects of a world on consecutive readings of one instrument.
+/// Draws the random errors of a World for consecutive readings of one instrument.
 class WorldEffects {
  public:
   /// @param world     must outlive this object.
@@ -23,24 +23,27 @@ class WorldEffects {
                std::uint32_t stream,
                std::size_t readings);
 
-  /// Goes on to the next reading.
+  /// Draws the errors that belong to the next reading. Must be called before each reading.
   void next(int block);
 
   /// Draws a new turn of the cube in its seat. Must be called each time the cube is laid down.
   void lay();
 
-  /// The rotation from table to sensor, with the present turns of mount and seat.
+  /// @return the rotation from table to sensor, including the current random turns of the mount and
+  ///         the seat.
   [[nodiscard]] Eigen::Matrix3d as_seated(const Eigen::Matrix3d& rotation_sensor_from_table) const {
     return mount_ * rotation_sensor_from_table * seat_;
   }
 
-  /// The factor of the field's magnitude, and the factor of each axis's sensitivities, for the
-  /// present reading. Their means are 1.
+  /// @return the factor of the field's magnitude for the current reading; its mean is 1.
   [[nodiscard]] double size_of_field() const { return size_; }
+
+  /// @return the factor of each axis's sensitivities for the current reading; their means are 1.
   [[nodiscard]] const Eigen::VectorXd& gains() const { return gains_; }
 
-  /// The errors to add to the response, m entries [unit].
-  /// @param random  the random stream of the noise; a white world uses no other stream.
+  /// Draws the errors to add to the response, m entries [unit].
+  /// @param random  the random stream of the noise. If the only error is white, normal noise, no
+  ///                other stream is used.
   /// @param along   returns parts_along() of the reading; called only if World::ends is used.
   [[nodiscard]] Eigen::VectorXd added(RandomStream& random,
                                       const std::function<Eigen::VectorXd()>& along);
@@ -62,7 +65,7 @@ class WorldEffects {
   int block_ = 0;          // number of the block, from 1
   Eigen::VectorXd noise_;  // noise of the previous reading, in units of its standard deviation
   Eigen::VectorXd walk_;
-  Eigen::VectorXd walked_;  // mean of walk_ over the run, summed up to the present reading
+  Eigen::VectorXd walked_;  // sum of walk_ up to the current reading, divided by readings_
   Eigen::VectorXd block_bias_;
   Eigen::VectorXd gains_;
   double size_ = 1.0;
@@ -74,7 +77,7 @@ class WorldEffects {
 /// @return the component of the field along each axis, divided by the field's magnitude; m entries.
 [[nodiscard]] Eigen::VectorXd parts_along(const SensorModel& truth, const Eigen::Vector3d& field);
 
-/// The contribution of the squared and cubed field along each axis.
+/// @return the response to the squared and cubed field component along each axis, m entries [unit].
 [[nodiscard]] Eigen::VectorXd nonlinear_part(const World& world,
                                              const SensorModel& truth,
                                              const Eigen::Vector3d& field);

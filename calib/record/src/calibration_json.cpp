@@ -61,7 +61,7 @@ void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   }
 }
 
-// Writes the coefficients in the usual terms of this kind of instrument.
+// Returns the coefficients, expressed as the usual quantities of this kind of instrument.
 Json quantities_json(const Calibration& calibration) {
   Json list = Json::array();
   for (const KindQuantity& quantity : quantities_of(calibration)) {
@@ -169,7 +169,7 @@ void members(JsonMembers& io, UncertaintySource& source, Eigen::Index parameters
   io.number("input_u", source.input_u);
   io.value_if_any("input_unit", source.input_unit);
   const bool from_scatter = source.type == "A";
-  // JSON has only null for an infinite number and for NaN, so `type` decides between them.
+  // JSON writes both infinity and NaN as null, so `type` decides between them.
   io.number("degrees_of_freedom", source.degrees_of_freedom);
   if (io.reads()) {
     source.degrees_of_freedom =
@@ -206,7 +206,7 @@ void budget_members(JsonMembers& io, Calibration& calibration) {
   }
 }
 
-// @param with_values  false: x and y are not written.
+// @param with_values  true: x and y are written too.
 void members(JsonMembers& io, LevelnessEstimate& estimate, bool with_values) {
   std::optional<DesignPoint> point = estimate.point;
   if (io.reads()) {
@@ -297,7 +297,8 @@ void members(JsonMembers& io, Verdict& verdict) {
   io.value_if_any("not_counted", verdict.not_counted);
 }
 
-// Never returns nullopt: an unknown name, which a later version may have written, becomes `other`.
+// Returns the code of a warning's name. An unknown name, which a later version may have written,
+// gives `other`, so the result is never nullopt.
 std::optional<WarningCode> parse_warning(std::string_view name) {
   return warning_code_of(name);
 }
@@ -575,8 +576,9 @@ Calibration calibration_from(const JsonValue& json) {
 namespace {
 
 Json document_of(const Calibration& calibration) {
-  const bool newer = calibration.sensor.temperature &&
-                     calibration.sensor.temperature->has_own_sensors();  // unknown to version 0.1
+  // Format version 1 cannot contain a temperature sensor for each axis.
+  const bool newer =
+      calibration.sensor.temperature && calibration.sensor.temperature->has_own_sensors();
   Json json = {{"format", "axiscal-calibration"}, {"version", newer ? 2 : 1}};
   constexpr std::size_t most_members = 64;
   json.get_ref<Json::object_t&>().reserve(most_members);  // avoids copies while it grows
@@ -631,7 +633,7 @@ Calibration read_calibration(const std::string& path) {
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   const std::size_t end = std::min(text.find('\n'), text.size());
   const std::string_view line = std::string_view(text).substr(0, end);
-  // The first line has several cells and does not begin like JSON, so the file is a table.
+  // If the first line has several cells and does not begin like JSON, the file is a table.
   if (first != std::string::npos && text[first] != '{' && text[first] != '[' &&
       line.find_first_of(",;\t") != std::string_view::npos &&
       line.find('\0') == std::string_view::npos) {

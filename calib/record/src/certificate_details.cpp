@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// Placeholders of the template, such as "<name>", count as empty.
+// Returns the text, or an empty text if it is a placeholder of the template, such as "<name>".
 std::string stated(std::string text) {
   return text.starts_with('<') && text.ends_with('>') ? std::string() : text;
 }

@@ -65,7 +65,7 @@ bool are_good(const std::vector<std::string>& axes) {
   }
 }
 
-// Adds the variances from all type B sources of the budget. Returns nullopt if only
+// Returns the sum of the variances from all type B sources of the budget, or nullopt if only
 // parse_calibration() can read the sources.
 std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
@@ -85,7 +85,7 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
     const auto& [type, own] = *pieces;
     const auto plain_type = text_of_piece(type);
     if (plain_type == "A") {
-      continue;  // the fit, whose covariance is in the statistics
+      continue;  // the source is the fit, whose covariance is in the statistics
     }
     const auto covariance = matrix_of_piece(own, size, size);
     if (!plain_type || !covariance || !covariance->allFinite()) {

@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// In the order of Method.
+// The rows of the table of methods, in the order of the enumerators of Method.
 std::deque<MethodKind>& all_kinds() {
   static std::deque<MethodKind> kinds = {
       MethodKind{.method = Method::paired,

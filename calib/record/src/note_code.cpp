@@ -8,7 +8,7 @@
 namespace axiscal {
 namespace {
 
-// In the order of NoteCode.
+// The names, in the order of the enumerators of NoteCode.
 constexpr std::array<std::string_view, 24> note_names = {
     "input",       "imported",    "axes",       "unseen",        "method", "conditions",
     "correlation", "not_counted", "stated",     "rounding",      "seats",  "face_normals",

@@ -60,7 +60,7 @@ class Table {
   bool next() {
     CsvReader::Row row = csv_.next();
     while (row == CsvReader::Row::good && csv_.cell_count() > 1 && is_empty(csv_.cells())) {
-      row = csv_.next();  // skips rows of empty cells, which spreadsheets append
+      row = csv_.next();  // skips rows of empty cells, which spreadsheets may append
     }
     if (row == CsvReader::Row::defective) {
       const bool longer = csv_.cell_count() > csv_.header().size();
@@ -103,7 +103,7 @@ class Table {
     if (const std::optional<int> number = parse_integer(text(column))) {
       return *number;
     }
-    // Spreadsheets and data frames write 1 as 1.0.
+    // Accepts 1.0 for 1, because spreadsheets and data frames write whole numbers so.
     const std::optional<double> number = parse_number(text(column));
     constexpr double largest = 2147483647.0;
     if (!number || *number != std::floor(*number) || std::abs(*number) > largest) {
@@ -346,7 +346,7 @@ struct Columns {
       operated_by;
   std::optional<std::size_t> pitch, roll, heading;
   double angle_in_rad = rad_per_deg;       // unit of pitch and roll
-  std::optional<std::size_t> size, along;  // magnitude and axis of a known field
+  std::optional<std::size_t> size, along;  // columns of magnitude and axis of a known field
   Eigen::Vector3d along_all =
       Eigen::Vector3d::Zero();  // direction of a known field if `along` is nullopt
   TemperatureColumns temperature;
@@ -357,8 +357,8 @@ struct Columns {
   std::vector<std::size_t> field;                 // fx, fy, fz; or empty
 };
 
-// Finds the columns of stated attitudes. If pitch_deg or roll_deg is an axis of the instrument, it
-// is a reading and not an attitude.
+// Finds the columns of stated attitudes. If an axis of the instrument is named pitch_deg or
+// roll_deg, these columns are readings and not attitudes.
 void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& columns) {
   const auto is_axis = [&](const char* name) {
     return std::find(axes.begin(), axes.end(), name) != axes.end();
@@ -374,7 +374,7 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
     if (columns.pitch || columns.roll || has_labels || is_own) {
       continue;
     }
-    // A single angle is the pitch. It is the roll if the instrument has only axis y.
+    // The only angle is the roll if the instrument has only an axis y. Otherwise it is the pitch.
     const bool rolls = axes.size() == 1 && (axes.front() == "y" || axes.front() == "Y");
     (rolls ? columns.roll : columns.pitch) = table.find(angle.name);
     columns.angle_in_rad = angle.in_rad;

@@ -57,7 +57,8 @@ std::vector<std::string> axis_texts(const Instrument& instrument) {
   return texts;
 }
 
-// Reads or writes one part of a sum. Members that are equal for all parts belong to the sum.
+// Reads or writes one part of a sum of fields. Properties that all parts share are members of the
+// sum.
 void part_members(JsonMembers& io, FieldDescription& part) {
   io.need("kind", part.kind);
   io.value_if_any("name", part.name);
@@ -147,7 +148,7 @@ void members(JsonMembers& io, FieldDescription& field) {
   io.value_if_any("date", field.date);
 }
 
-// Reads or writes an object with one member for each kind of second field.
+// Reads or writes an object with one member for each kind of additional field.
 void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index m) {
   if (io.reads()) {
     for (const std::string& kind : io.from().keys()) {

@@ -16,7 +16,7 @@ void members(JsonMembers& io, FieldDescription& field);
 /// are in the form of set_axes(): "x", or "d=p-n" for a difference.
 void stated_members(JsonMembers& io, Instrument& instrument);
 
-/// Reads or writes the responses to second fields.
+/// Reads or writes the responses to additional fields.
 /// @param m  number of axes.
 void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index m);
 

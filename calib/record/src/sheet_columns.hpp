@@ -15,7 +15,8 @@ namespace axiscal {
 /// Prefix of the columns level.NAME. Such a column contains the level of the field's part NAME.
 inline const std::string level_column_prefix = "level.";
 
-/// The columns of a table of readings before the responses. `run` and `block` are always present.
+/// The columns of a table of readings that precede the responses. `run` and `block` are always
+/// present.
 /// The columns for design point, mount, level, confirm and temperature are present if a reading
 /// needs them.
 class SheetColumns {

@@ -34,7 +34,7 @@ class RowVectors {
     }
   }
 
-  // Sets the matrix from the vectors that were read, if each element had one.
+  // Sets the matrix from the rows that were read, if each element of the list contained a row.
   void finish(std::size_t rows) {
     if (rows > 0 && taken_.size() == rows * static_cast<std::size_t>(m_)) {
       using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -111,8 +111,8 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
   if (p < 1 || statistics.interval_95.size() != count) {
     return;
   }
-  // The number of sensitivity parameters of each axis: 0 for method `bias`, fewer than three if the
-  // fields span fewer than three directions, else three.
+  // The number of sensitivity parameters of each axis. It is usually 3, but 0 for method `bias`. It
+  // is less than 3 if the fields span fewer than three directions.
   Eigen::Index sensitivities = 0;
   while (1 + sensitivities < p &&
          statistics.parameter_names[static_cast<std::size_t>(1 + sensitivities)].find(
@@ -126,7 +126,7 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
   if (has_sensitivity) {
     sensitivity = by_axis.middleRows<3>(1).transpose();
   }
-  // The intervals of second fields and temperature terms follow the order of the parameters.
+  // The other intervals, for additional fields and temperature terms, are in the parameters' order.
   const Eigen::Index first_other = has_sensitivity ? 4 : 1;
   Eigen::MatrixXd others = by_axis.bottomRows(p - first_other).transpose();
   io.object("interval_95", true, [&](JsonMembers& intervals) {

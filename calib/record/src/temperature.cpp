@@ -159,7 +159,7 @@ SoakState soak_state(std::span<const double> time_s,
   };
   const std::size_t from = start_of(time_s.back());
   const std::span<const double> t = time_s.subspan(from);
-  // Readings that cover half a window or less are too few for a decision.
+  // If the readings cover half a window or less, they are too few for a decision.
   if (t.size() < 3 || !(t.back() - t.front() > 0.5 * window_s)) {
     return state;
   }

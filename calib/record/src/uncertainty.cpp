@@ -62,7 +62,7 @@ std::vector<Eigen::Index> places_that_count(const Eigen::RowVectorXd& gradient) 
   return places;
 }
 
-// Returns true if the name of a source in the budget begins with this text.
+// Returns true if the budget has a source whose name starts with `beginning`.
 bool has_source(const Calibration& calibration, std::string_view beginning) {
   return calibration.fit.uncertainty && std::any_of(calibration.fit.uncertainty->sources.begin(),
                                                     calibration.fit.uncertainty->sources.end(),
@@ -103,7 +103,7 @@ EffectiveFreedom effective_freedom(const VarianceShares& shares) {
 }
 
 // Returns the expanded uncertainty from the shares of a variance; see combine().
-// @param factor  function that returns Student's t for its degrees of freedom.
+// @param factor  function that takes degrees of freedom and returns Student's t.
 template <typename Factor>
 double half_width(const VarianceShares& shares, const EffectiveFreedom& freedom, Factor factor) {
   const auto t = [&](double nu) { return factor(std::min(nu, as_good_as_infinite)); };
@@ -153,9 +153,8 @@ VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient,
         {.variance = share,
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
-  // In method joint, the error of the fitted field direction correlates the axes, so the sum of
-  // their shares is not the whole variance. All shares are scaled by one factor so that their sum
-  // is the whole variance.
+  // In method joint, all axes share the error of the fitted field direction, so the shares of the
+  // axes do not add up to the whole variance. One factor scales all shares so that they do.
   const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {
     share.variance *= sum > 0.0 ? all / sum : 1.0;

@@ -8,7 +8,7 @@
 namespace axiscal {
 namespace {
 
-// In the order of WarningCode.
+// The kinds, in the order of the enumerators of WarningCode.
 constexpr std::array warning_kinds = {
     WarningKind{.name = "wrong_pose"},
     WarningKind{.name = "exchanged"},

@@ -13,7 +13,8 @@ double dof_reduction_factor(const Eigen::MatrixXd& residuals, double degrees_of_
   }
   const Eigen::MatrixXd unit = residuals * lengths.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd R = unit.transpose() * unit;
-  // The squared correlation of two independent responses has the mean 1 / degrees_of_freedom.
+  // The squared sample correlation of two independent responses has the mean 1 /
+  // degrees_of_freedom.
   const double by_chance = (m - 1.0) / degrees_of_freedom;
   return std::clamp(R.squaredNorm() / m - by_chance, 1.0, m);
 }

@@ -20,8 +20,8 @@
 namespace axiscal {
 namespace {
 
-// For almost 0 degrees of freedom, quantiles overflow; the result is then infinity instead of an
-// exception. Doubles are not promoted to long doubles, because these are three times as slow and
+// Quantiles overflow if the degrees of freedom are almost 0; the result is then infinity instead of
+// an exception. Doubles are not promoted to long doubles, because these are three times as slow and
 // change no digit that is shown.
 using Quiet = boost::math::policies::policy<
     boost::math::policies::promote_double<false>,
@@ -33,8 +33,8 @@ using FisherF = boost::math::fisher_f_distribution<double, Quiet>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Quiet>;
 using Normal = boost::math::normal_distribution<double, Quiet>;
 
-// A cache of the last results of a function of two numbers. It helps because the arguments are the
-// same for all parameters of an axis.
+// A cache of the last results of a function of two numbers. It saves time because all parameters of
+// an axis have the same arguments.
 class LastAnswers {
  public:
   template <typename Function>
@@ -79,9 +79,9 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
 
 namespace {
 
-// Returns an approximation of 1 / nu for a coverage factor. Student's t is a series in 1 / nu that
-// begins with the quantile z of the normal distribution; the first terms of this series are
-// inverted.
+// Returns an approximation of 1 / nu for a coverage factor, where nu is the degrees of freedom. The
+// factor is a series in 1 / nu that begins with the quantile z of the normal distribution. The
+// first terms of this series are inverted.
 double guessed_inverse(double factor, double coverage) {
   const double z = boost::math::quantile(boost::math::complement(Normal(), 0.5 * (1.0 - coverage)));
   const double z2 = z * z;
@@ -136,8 +136,8 @@ double found_freedom_of_factor(double factor, double coverage) {
   // The search uses 1 / nu, because t is nearly linear in 1 / nu.
   constexpr double as_good_as_infinite = 1e6;
   constexpr double fewest = 0.05;
-  constexpr double rounding = 1e-6;  // relative error of 1 / nu by rounding, for a factor with
-                                     // as_good_as_infinite degrees of freedom
+  // relative rounding error of 1 / nu if nu is as_good_as_infinite
+  constexpr double rounding = 1e-6;
   double low = (1.0 + rounding) / as_good_as_infinite;
   double high = 1.0 / fewest;
   // The distribution function is much cheaper than its inverse.
@@ -152,8 +152,7 @@ double found_freedom_of_factor(double factor, double coverage) {
     return std::abs(nu - whole) <= last_digits * nu ? whole : nu;
   }
   // Moves one end of the interval to `to` if the root stays inside the interval. Returns the value
-  // of the function at the end.
-  // sign: -1 for the lower end, +1 for the upper end.
+  // of the function at this end of the interval.
   const auto narrowed = [&](double& end, double to, double sign) {
     const double value = to > low && to < high ? beyond(to) : 0.0;
     end = sign * value > 0.0 ? to : end;
@@ -219,8 +218,8 @@ double incomplete_beta(double x, double twice_a, double twice_b) {
                  : half_b         ? 1.0 - std::sqrt(y)
                  : half_a         ? std::sqrt(x)
                                   : x;
-  // x^a y^b / B(a, b). In the loops, multiplication by one factor gives its value for the next
-  // a or b.
+  // The value of x^a y^b / B(a, b). Each pass of the loops multiplies it by one factor to obtain
+  // its value for the next a or b.
   double power = (half_a ? std::sqrt(x) : x) * (half_b ? std::sqrt(y) : y) *
                  (half_a && half_b   ? std::numbers::inv_pi
                   : half_a || half_b ? 0.5

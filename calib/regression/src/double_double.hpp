@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// A sum with about 32 digits, stored as two doubles that are not added.
+/// A sum with about 32 digits, stored as the unevaluated sum of two doubles.
 ///
 /// @par Source
 /// T. J. Dekker, "A floating-point technique for extending the available precision", Numerische

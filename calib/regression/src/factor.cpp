@@ -86,7 +86,8 @@ bool PositiveFactor::is_determined(double open_below) const {
 
 Eigen::MatrixXd PositiveFactor::solve(const Eigen::MatrixXd& right) const {
   Eigen::MatrixXd solution = parts_->per_length.asDiagonal() * right;
-  for (auto column : solution.colwise()) {  // for small matrices faster than all columns at once
+  // for small matrices, faster than solving for all columns at once
+  for (auto column : solution.colwise()) {
     parts_->cholesky.solveInPlace(column);
   }
   return parts_->per_length.asDiagonal() * solution;

@@ -60,8 +60,8 @@ Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr
   if (linear.jacobian.cols() == 0) {
     return Eigen::VectorXd(0);
   }
-  // The relative error of a step from J^T J grows with the square of J's condition number. Such a
-  // step is used only if all pivots are above one of these limits.
+  // The relative error of a step from J^T J grows with the square of the condition number of J.
+  // Such a step is used only if all pivots are above a limit, which is stricter if `by_qr` is true.
   constexpr double loses_some_digits = 1e-5;
   constexpr double loses_none_that_matters = 0.03;
   const bool is_open = linear.open_below > 0.0 &&

@@ -12,7 +12,7 @@ namespace axiscal {
 Eigen::MatrixXd block_jackknife_changes(const Linearised& at_solution) {
   const Eigen::Index n = at_solution.jacobian.rows();
   const Eigen::Index p = at_solution.jacobian.cols();
-  // Columns are scaled to length 1, which reduces the rounding errors of J^T J.
+  // The columns are scaled to length 1 to reduce the rounding errors of J^T J.
   const Eigen::VectorXd lengths = at_solution.jacobian.colwise().norm();
   const Eigen::VectorXd per_length = (lengths.array() > 0.0).select(lengths.cwiseInverse(), 1.0);
   const Eigen::MatrixXd J = at_solution.jacobian * per_length.asDiagonal();

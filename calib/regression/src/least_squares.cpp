@@ -20,8 +20,9 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-// Pivots below this part of the largest pivot count as zero. The hardest design that must be
-// accepted is Filip's polynomial (NIST), whose smallest pivot is 1e-10 of the largest.
+// Pivots below this fraction of the largest pivot count as zero. The most difficult design that
+// must be accepted is Filip's polynomial (a test problem of NIST), whose smallest pivot is 1e-10 of
+// the largest.
 constexpr double rank_tolerance = 1e-13;
 
 // Returns the power of two that is nearest to 1 / length. Scaling by a power of two loses no
@@ -31,14 +32,14 @@ double scale_of(double length) {
     return 1.0;
   }
   int exponent = 0;
-  const double part = std::frexp(length, &exponent);  // in 1/2 .. 1
+  const double part = std::frexp(length, &exponent);  // from 0.5 to 1
   return std::ldexp(1.0, part < 0.5 * std::numbers::sqrt2 ? 1 - exponent : -exponent);
 }
 
 Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   Eigen::VectorXd scale(A.cols());
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
-    // sums of squares between this and its inverse neither overflow nor lose digits
+    // Sums of squares between this limit and its reciprocal neither overflow nor lose digits.
     constexpr double far_from_limits = 1e-200;
     const double squares = A.col(j).squaredNorm();
     const double length = squares > far_from_limits && squares < 1.0 / far_from_limits
@@ -50,8 +51,8 @@ Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
 }
 
 // Returns an upper bound of the condition number for columns of length 1. It is the product of the
-// Frobenius norms of A and of its pseudo-inverse, and at most p times too large. For most designs
-// this bound is sufficient.
+// Frobenius norms of A and of its pseudo-inverse. It is at most p times too large, which is
+// sufficient for most designs.
 double bound_of_condition(const Eigen::MatrixXd& A, const Eigen::MatrixXd& root) {
   const double squares = A.colwise().squaredNorm() * root.rowwise().squaredNorm();
   return std::sqrt(static_cast<double>(A.cols()) * squares);
@@ -70,7 +71,7 @@ std::vector<Eigen::Index> open_columns(const Eigen::ColPivHouseholderQR<Eigen::M
   if (rank == columns) {
     return open;
   }
-  // Null space of [R11 R12]: columns (-R11^-1 R12, 1), in pivoted order.
+  // A basis of the null space of [R11 R12]: the columns (-R11^-1 R12, 1), in pivoted order.
   Eigen::MatrixXd null_space(columns, columns - rank);
   null_space.bottomRows(columns - rank).setIdentity();
   null_space.topRows(rank) = -R.topLeftCorner(rank, rank)
@@ -142,8 +143,9 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   root_ = qr.colsPermutation() * inverse;
   refines_ = !(bound_of_condition(scaled_, root_) <= refinement_above) &&
              condition_number() > refinement_above;
-  // scaled_ * root_ is faster to compute. However, the error of the orthogonality of its columns is
-  // the condition number times the rounding error, so it is used only for well-conditioned designs.
+  // The product scaled_ * root_ is faster to compute, but its columns are less orthogonal: their
+  // error is the rounding error times the condition number. It is therefore used only for
+  // well-conditioned designs.
   basis_ = refines_ ? Eigen::MatrixXd(qr.householderQ() * Eigen::MatrixXd::Identity(n, p))
                     : Eigen::MatrixXd(scaled_ * root_);
   if (!refines_) {
@@ -212,7 +214,8 @@ FactoredDesign::Solution FactoredDesign::solve(const Eigen::VectorXd& weighted_y
 
 Eigen::MatrixXd FactoredDesign::estimates_scaled(const Eigen::MatrixXd& weighted_Y) const {
   Eigen::MatrixXd X = root_ * (basis_.transpose() * weighted_Y);
-  X += root_ * (basis_.transpose() * (weighted_Y - scaled_ * X));  // corrects the last digits
+  // one correction step improves the last digits
+  X += root_ * (basis_.transpose() * (weighted_Y - scaled_ * X));
   return X;
 }
 
@@ -223,7 +226,7 @@ FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
                                                  Solution start) const {
   const Eigen::Index n = scaled_.rows();
   const Eigen::Index p = scaled_.cols();
-  const auto R =  // a view of the factor, not a value
+  const auto R =  // a triangular view of R_, not a copy
       R_.triangularView<Eigen::Upper>();
   Eigen::VectorXd x = std::move(start.x);
   Eigen::VectorXd x_low = Eigen::VectorXd::Zero(p);

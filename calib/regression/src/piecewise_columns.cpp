@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// The least number of units in a piece. Smaller pieces cost more time than they save.
+// The smallest number of units in a piece. Smaller pieces cost more time than they save.
 constexpr Eigen::Index fewest_units = 8;
 
 using Which = Eigen::Array<bool, 1, Eigen::Dynamic>;
@@ -26,8 +26,8 @@ std::vector<Eigen::Index> places_in(const Which& which) {
   return places;
 }
 
-// Row k of each unit, without rows of zeros: the indices of these rows in W, and their values in
-// some of the columns.
+// The nonzero rows among the rows k of all units: their indices in W, and their values in selected
+// columns.
 struct RowsOfUnits {
   std::vector<Eigen::Index> places;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> W;
@@ -77,9 +77,9 @@ std::vector<Eigen::Index> slow_columns(const RowsOfUnits& own) {
                     fewest_units) <= own.W.rows());
 }
 
-// Blocks of rows in which the slow columns are constant: the values of the slow columns in each
-// block, and the block of each row. The search for blocks stops if their number exceeds the number
-// of columns.
+// Blocks of rows in which the slow columns are constant. `values` has the values of the slow
+// columns in each block, and `of_row` has the block of each row. The search for blocks stops if
+// their number exceeds the number of columns.
 struct Blocks {
   std::vector<Eigen::RowVectorXd> values;
   std::vector<std::size_t> of_row;
@@ -139,8 +139,8 @@ std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
   return replaced;
 }
 
-// Divides the rows into pieces. A new piece begins at a unit that has a nonzero value in a further
-// column, if the present piece has at least fewest_units units.
+// Divides the rows into pieces. A new piece begins at a unit that has a nonzero value in a column
+// that the present piece does not use. The present piece must have at least fewest_units units.
 std::vector<ColumnPiece> pieces_of(const Eigen::MatrixXd& W, Eigen::Index rows) {
   std::vector<ColumnPiece> pieces;
   Which used = Which::Constant(W.cols(), false);

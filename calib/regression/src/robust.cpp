@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double tuning = 4.685;  // gives 95 % efficiency for normal errors
+constexpr double tuning = 4.685;  // gives an efficiency of 95 % for normal errors
 
 double median_without_smallest(const Eigen::VectorXd& values, Eigen::Index left_out) {
   std::vector<double> sorted(values.begin(), values.end());

@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// Row-major, so that the numbers of a reading are contiguous.
+// A row-major matrix, so that the numbers of one reading are contiguous.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Returns A x. Row i of A x is half the weighted sum of the rows i - 1 and i + 1 of x.
@@ -43,14 +43,14 @@ struct Model {
 constexpr std::array correlations = {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985, 0.995};
 constexpr std::array white_parts = {0.0, 0.1, 0.3, 1.0, 3.0, 10.0};
 
-// Returns models of the sum of correlated noise and white noise.
+// Returns models in which the noise is the sum of correlated noise and white noise.
 // @param largest  largest correlation of the models.
 std::vector<Model> correlated_models(double largest) {
   std::vector<Model> all;
   for (const double rho : correlations) {
     for (const double white : white_parts) {
-      // For rho = 0, all white parts give the same model if the direction is constant, so only one
-      // model is used.
+      // If rho is 0 and the direction is constant, all values of `white` give the same model apart
+      // from its scale. Therefore only one such model is used.
       if (rho <= largest && (rho > 0.0 || white == 0.0)) {
         all.push_back({.rho = rho,
                        .white = white,
@@ -73,8 +73,8 @@ std::vector<Model> models_of_run(bool with_blocks) {
   return all;
 }
 
-// Returns models of the sum of white noise and a common cause, one model for each correlation and
-// each size of the cause.
+// Returns models in which the noise is the sum of white noise and the effect of a common cause, one
+// model for each correlation and each size of the effect.
 std::vector<Model> wandering_models() {
   constexpr std::array slow = {0.0, 0.5, 0.8, 0.92, 0.98};
   constexpr std::array sizes = {0.3, 1.0, 3.0, 10.0, 30.0};
@@ -182,7 +182,7 @@ struct FirstCoefficient {
   double variance = 0.0;
 };
 
-// L^-1 of a matrix N = L L^T, and ln det N.
+// The inverse Cholesky factor L^-1 of a matrix N = L L^T, and ln det N.
 struct InverseRoot {
   Eigen::MatrixXd root;
   double log_determinant = 0.0;
@@ -195,8 +195,8 @@ InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
           .log_determinant = 2.0 * whitening.root().diagonal().array().log().sum()};
 }
 
-// Fits residuals y by p columns X if the noise covariance is V. The inputs are N = X^T V^-1 X,
-// c = X^T V^-1 y and squares_of_y = y^T V^-1 y.
+// Fits p columns X to residuals y if the noise covariance is V. The inputs are N = X^T V^-1 X, c =
+// X^T V^-1 y and squares_of_y = y^T V^-1 y.
 // @param N                only the lower triangle is used.
 // @param log_determinant  ln det V.
 ModelFit fit_by_sums(const Eigen::MatrixXd& N,
@@ -232,8 +232,8 @@ class PlainFit {
   // Returns the basis (p columns), followed by the residuals (r columns).
   [[nodiscard]] const Rows& basis_and_residuals() const { return both_; }
 
-  // Computes how a noise model changes the coefficients, and their covariance, both in the basis.
-  // There must be a single response (r = 1).
+  // Computes the change of the coefficients that a noise model causes, and the covariance of the
+  // coefficients. Both refer to the basis. There must be a single response (r = 1).
   [[nodiscard]] ModelFit under(const Whitened& sums) const {
     return fit_by_sums(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
                        static_cast<double>(both_.rows() - p_),
@@ -267,8 +267,8 @@ class PlainFit {
     return root_.row(0).dot(in_basis_.col(response));
   }
 
-  // Transforms the mean over models from the basis to the design, and adds the plain fit. There
-  // must be a single response.
+  // Transforms a mean over models from the basis to the design's columns, and adds the coefficients
+  // of the plain fit. There must be a single response.
   [[nodiscard]] CorrelatedFit in_design(const CorrelatedFit& mean) const {
     CorrelatedFit result = mean;
     result.estimate = root_ * (in_basis_.col(0) + mean.estimate);
@@ -280,7 +280,7 @@ class PlainFit {
   Eigen::Index p_;
   Eigen::Index r_;
   Eigen::MatrixXd root_;      // p x p: the design times root_ is the basis
-  Eigen::MatrixXd in_basis_;  // p x r: the plain solution
+  Eigen::MatrixXd in_basis_;  // p x r: the coefficients of the plain fit in the basis
   Rows both_;
 };
 
@@ -308,8 +308,8 @@ double correlation_of(const std::vector<Model>& models, const std::vector<double
   return sum;
 }
 
-// Computes the weighted mean over models of one response's coefficients. The covariance includes
-// the scatter between the models.
+// Computes the weighted mean over models of the coefficients of one response. The covariance
+// includes the scatter between the models.
 CorrelatedFit mean_over(const std::vector<Model>& models,
                         const std::vector<ModelFit>& fits,
                         double degrees_of_freedom) {
@@ -333,8 +333,8 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
   return mean;
 }
 
-// Computes the sum of c_i z_i z_(i+1), minus its mean for white noise, divided by its standard
-// deviation for white noise.
+// Computes a score of the correlation between consecutive values: the sum of c_i z_i z_(i+1),
+// standardised by its mean and its standard deviation for white noise.
 // @param Q        n x p: the covariance of z is (I - Q Q^T) times the noise variance.
 // @param QQ       Q^T Q.
 // @param weights  c, n - 1, one for each pair of consecutive values.
@@ -483,8 +483,9 @@ CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem) {
   const Eigen::MatrixXd others = problem.information - A.transpose() * A;
   Rows both(A.rows(), q + 1);
   both << A, problem.deviations;
-  // For the residuals e of the linear fit, J^T e is 0. It is the sum of a part along the direction
-  // of the cause and a part across it, so the part across is minus the part along.
+  // The residuals e of the linear fit satisfy J^T e = 0. J^T e is the sum of a part along the
+  // direction of the cause and a part across this direction. The part across it is therefore minus
+  // the part along it.
   const Eigen::VectorXd gradient_across = -A.transpose() * problem.deviations;
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();

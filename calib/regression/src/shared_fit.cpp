@@ -41,8 +41,8 @@ struct Sums {
   Eigen::VectorXd degrees_of_freedom;
 };
 
-// The fit at given variances. If the weighted sum of P_k^T P_k is singular, the misfit is NaN, and
-// the fit is never accepted as an improvement.
+// The fit for given variances of the responses. If the weighted sum of P_k^T P_k is singular, the
+// misfit is NaN, and the fit is never accepted as an improvement.
 struct AtVariances {
   AtVariances(const Sums& sums, Eigen::VectorXd at)
       : log_variance(std::move(at)), weight((-log_variance.array()).exp()) {
@@ -92,7 +92,7 @@ struct AtVariances {
     Eigen::VectorXd g = gradient;
     for (Eigen::Index k = 0; k < m; ++k) {
       // A variance at its lower limit is not changed if its step would go below the limit. It then
-      // does not affect the steps of the others.
+      // does not affect the steps of the other variances.
       if (!(log_variance(k) > lowest(k)) && !(gradient(k) < 0.0)) {
         H.row(k).setZero();
         H.col(k).setZero();
@@ -102,7 +102,7 @@ struct AtVariances {
     }
     const PositiveFactor factor(H);
     is_newton = factor.is_determined();
-    // If the likelihood is not convex, the step goes towards sigma_k^2 = RSS_k / nu_k.
+    // If the misfit is not convex here, the step goes towards sigma_k^2 = RSS_k / nu_k.
     const Eigen::VectorXd step = is_newton
                                      ? Eigen::VectorXd(-factor.solve(g))
                                      : Eigen::VectorXd(-g.cwiseQuotient(squares.cwiseMax(1.0)));
@@ -152,7 +152,7 @@ std::optional<AtVariances> least_misfit(const Sums& sums,
     bool better = false;
     for (int halving = 0; halving < 30 && !better; ++halving) {
       AtVariances next(sums, (best.log_variance + step).cwiseMax(lowest));
-      // Rounding of the likelihood must not stop the last steps.
+      // Rounding errors of the misfit must not cause the last steps to be rejected.
       better = next.misfit <= best.misfit + 1e-13 * (readings + std::abs(best.misfit));
       if (better) {
         best = std::move(next);
@@ -161,7 +161,7 @@ std::optional<AtVariances> least_misfit(const Sums& sums,
         is_newton = false;
       }
     }
-    // The remaining error of Newton's step is approximately its square.
+    // After a Newton step, the remaining error is approximately the square of the step.
     const double still = is_newton ? 1e-6 : 1e-13;
     if (!better || step.cwiseAbs().maxCoeff() < still) {
       break;

@@ -20,9 +20,9 @@ struct Solved {
   double squares = 0.0;  // y^T V^-1 (y - W b)
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
-  Eigen::MatrixXd inverses;        // n m x m: the m x m matrices V^-1 of the units, stacked
-  std::vector<Eigen::MatrixXd> U;  // V^-1 W of each piece
-  Eigen::VectorXd left;            // n m: V^-1 (y - W b)
+  Eigen::MatrixXd inverses;        // the matrices V^-1 of the units, stacked; n m x m
+  std::vector<Eigen::MatrixXd> U;  // the product V^-1 W for each piece
+  Eigen::VectorXd left;            // the product V^-1 (y - W b), n m entries
 };
 
 // All quantities of one round of Fisher's scoring. A and g are those of fit_variance_components().
@@ -32,7 +32,7 @@ struct Round : Solved {
   std::vector<Eigen::MatrixXd> B;  // for each component, the sum over units of U^T Q U
 };
 
-// A problem's likelihood at any variances.
+// Computes the likelihood of a problem and its derivatives for given variances.
 class Likelihood {
  public:
   // @param problem  must outlive this object.
@@ -155,7 +155,7 @@ class Likelihood {
   }
 
   // Adds the contributions of a piece's units to A, g and B.
-  // @param U  V^-1 W of the piece.
+  // @param U  the product V^-1 W for this piece.
   void add_piece(const ColumnPiece& piece, const Eigen::MatrixXd& U, Round& round) const {
     const Eigen::Index m = problem_.rows;
     const std::size_t count = problem_.roots.size();
@@ -174,9 +174,8 @@ class Likelihood {
       const Eigen::MatrixXd MK = (UCU) * (K);
       const Eigen::MatrixXd KVK = (K.transpose()) * (VK);
       const Eigen::MatrixXd KMK = (K.transpose()) * (MK);
-      // Products whose sums over the columns of Q and R give
-      // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R), for two components Q and R. K contains the
-      // roots of all components.
+      // The sum of these products over the columns of two components Q and R is tr(V^-1 Q V^-1 R) -
+      // 2 tr(V^-1 Q U C U^T R). K contains the roots of all components.
       const Eigen::MatrixXd products = KVK.cwiseProduct(KVK - 2.0 * KMK);
       for (std::size_t q = 0; q < count; ++q) {
         const Eigen::Index first = first_root_[q];
@@ -201,13 +200,14 @@ class Likelihood {
 
   const VarianceProblem& problem_;
   PiecewiseColumns columns_;
-  Eigen::MatrixXd roots_;                 // the roots of all components side by side, n m x r
-  std::vector<Eigen::Index> first_root_;  // first column of each component in roots_, then the end
+  Eigen::MatrixXd roots_;  // the roots of all components side by side, n m x r
+  // index of the first column of each component in roots_; the last entry is the number of columns
+  std::vector<Eigen::Index> first_root_;
 };
 
-// Solves A theta = g for the components in `open`, which are all components at first. If solutions
-// are below their lower limit, the one furthest below is fixed at its limit, and the others are
-// solved again.
+// Solves A theta = g. If solutions are below their lower limit, the component that is furthest
+// below is fixed at its limit, and the equations are solved again for the others. `open` receives
+// the components that are not fixed.
 Eigen::VectorXd next_theta(const Round& round,
                            const Eigen::VectorXd& scale,
                            const Eigen::VectorXd& smallest,
@@ -296,8 +296,9 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
       return std::nullopt;
     }
     const Eigen::VectorXd scale = theta.cwiseMax(1e-8 * start);
-    // In one step, a variance decreases by at most a factor of ten. Otherwise it could become 0,
-    // and rows of variance 0 would get all the weight. A variance that is almost 0 may become 0.
+    // In one step, a variance decreases by at most a factor of ten. Without this limit it could
+    // become 0, and rows of variance 0 would get all the weight. Only a variance that is almost 0
+    // may become 0.
     constexpr double gone = 1e-9;
     Eigen::VectorXd lowest = smallest;
     for (Eigen::Index q = 0; q < theta.size(); ++q) {

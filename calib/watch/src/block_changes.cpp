@@ -16,11 +16,12 @@ namespace {
 // terms and cross terms. Squares and variances are in units of the variance from the readings'
 // noise.
 struct ParameterClass {
-  FisherSum parameters;  // combines the p-values against the noise
-  // Combines, for each parameter, the larger p-value of the tests against noise and blocks.
+  FisherSum parameters;  // combines the p-values of the tests against the noise
+  // Combines one p-value for each parameter: the larger one of its tests against the noise and
+  // against the scatter between blocks.
   FisherSum by_one;
   double squares = 0.0;  // sum of the squared differences
-  double scatter = 0.0;  // sum of the variances of the differences by the scatter of blocks
+  double scatter = 0.0;  // sum of the variances from the scatter between blocks
   double scatter_squared = 0.0;
   double degrees_of_freedom = 0.0;  // degrees of freedom of one parameter's mean square
 
@@ -33,7 +34,7 @@ struct ParameterClass {
     scatter_squared += mean_square * mean_square;
     degrees_of_freedom = freedom;
   }
-  // The larger p-value of the tests against the noise and against the scatter of blocks.
+  // Returns the larger p-value of the tests against the noise and against the scatter of blocks.
   [[nodiscard]] double p() const {
     if (!(parameters.count() > 0.0)) {
       return 1.0;
@@ -42,7 +43,8 @@ struct ParameterClass {
     if (!(degrees_of_freedom > 0.0) || !(scatter > 0.0)) {
       return by_noise;
     }
-    // The effective number of parameters, because they may scatter differently (Satterthwaite).
+    // The effective number of parameters, by Satterthwaite's formula. It is smaller than the actual
+    // number if the parameters scatter differently.
     const double alike = scatter * scatter / scatter_squared;
     const double together =
         f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
@@ -141,7 +143,7 @@ std::optional<double> p_of_block_changes(const Calibration& old,
           pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
       if (blocks.degrees_of_freedom > 0.0) {
         fewest = std::min(fewest, blocks.degrees_of_freedom);
-        // Variance of one block's parameter from the noise.
+        // Variance of a single block's parameter from the noise alone.
         const double unit = within * blocks.blocks;
         all.add_blocks(d * d * blocks.blocks / unit, blocks.mean_square / unit,
                        blocks.degrees_of_freedom, p_by_noise);

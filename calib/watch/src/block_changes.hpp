@@ -11,13 +11,13 @@ namespace axiscal {
 
 /// The scatter of a parameter between the blocks of a record.
 struct BlockScatter {
-  double mean_square = 0.0;  ///< M: variance of one block's parameter about the blocks' mean
+  double mean_square = 0.0;  ///< M: mean square of the blocks' values about their mean
   /// Degrees of freedom of mean_square; 0 if mean_square is unknown.
   double degrees_of_freedom = 0.0;
   double blocks = 1.0;  ///< number of blocks
 
-  /// @return the variance of another block's parameter about the record's value; 0 if it is
-  ///         unknown.
+  /// @return the variance with which the parameter in a new block scatters about the record's
+  ///         value; 0 if it is unknown.
   [[nodiscard]] double of_another_block() const {
     return degrees_of_freedom > 0.0 ? mean_square * (1.0 + 1.0 / blocks) : 0.0;
   }
@@ -28,13 +28,14 @@ struct BlockScatter {
 [[nodiscard]] BlockScatter scatter_of_blocks(const Calibration& record,
                                              const std::string& parameter);
 
-/// The covariance of a record's parameters without the scatter between blocks.
+/// @return the covariance of a record's parameters without the scatter between blocks.
 [[nodiscard]] Eigen::MatrixXd covariance_within_blocks(const Calibration& record);
 
-/// The p-value of the difference between two records of one unit, if at least one of them has
-/// several blocks. Biases, main terms and cross terms are three classes. Each class is tested
-/// against the scatter of blocks and against the noise of the readings, and the larger p-value is
-/// used. The smallest p-value of the three classes is multiplied by 3 (docs/method/watching.md).
+/// Returns the p-value of the difference between two records of one unit, if at least one of them
+/// has several blocks. The parameters form three classes (biases, main terms, cross terms). Each
+/// class is tested against the scatter between blocks and against the noise of the readings, and
+/// the larger p-value is used. The smallest p-value of the three classes is then multiplied by 3
+/// (docs/method/watching.md).
 ///
 /// @return nullopt if neither record states the scatter between blocks.
 [[nodiscard]] std::optional<double> p_of_block_changes(const Calibration& old,

@@ -13,23 +13,24 @@
 namespace axiscal {
 namespace {
 
-// The test of all poses and the test of the worst reading share the probability of a false alarm.
+// The probability of a false alarm is divided between the test of all poses and the test of the
+// worst reading.
 constexpr double share_of_poses = 0.8;
 constexpr double share_of_readings = 0.2;
 
-// Sums over the readings in about one attitude.
+// Sums over the readings with nearly the same field direction.
 struct Pose {
   double count = 0.0;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // sum
-  double residual = 0.0;                                // sum
-  double reading_variance = 0.0;                        // sum
-  Eigen::RowVectorXd by_parameters;                     // sum
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  double residual = 0.0;
+  double reading_variance = 0.0;
+  Eigen::RowVectorXd by_parameters;
 };
 
 // Returns the pose nearest to a direction if it is within 5 degrees or if the list is full.
 // Otherwise appends a new pose and returns it.
 Pose& pose_of(std::vector<Pose>& poses, const Eigen::Vector3d& direction) {
-  constexpr double near = 0.9962;  // 5 degrees
+  constexpr double near = 0.9962;  // cosine of 5 degrees
   constexpr std::size_t most = 100;
   Pose* nearest = nullptr;
   double largest = -2.0;
@@ -44,14 +45,14 @@ Pose& pose_of(std::vector<Pose>& poses, const Eigen::Vector3d& direction) {
                                                                         : poses.emplace_back();
 }
 
-// A part of the poses' covariance with its degrees of freedom.
+// A part of the covariance of the poses' mean residuals, with its degrees of freedom.
 struct PosePart {
   Eigen::MatrixXd covariance;
   double degrees_of_freedom = 0.0;
 };
 
-// The scatter of a calibration between blocks, expressed as an error of the measured field along
-// each axis.
+// The scatter between the blocks of a calibration, expressed as an error of the measured field
+// along each axis.
 struct BlockOffset {
   // M (1 + 1 / B) [field unit squared], where M is the mean square between the B blocks of the
   // record.
@@ -88,9 +89,9 @@ std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {
                      .gain_variance = gains * (1.0 + 1.0 / B)};
 }
 
-// Returns the p-value of the poses' mean residuals. The offset that all poses share is tested
-// against the scatter of blocks, and the remaining residuals are tested against the noise. Fisher's
-// method combines the tests.
+// Returns the p-value of the poses' mean residuals. A common offset of the field vector is tested
+// against the scatter between blocks. The remaining residuals are tested against the noise.
+// Fisher's method combines the two tests.
 double p_with_offset(const std::vector<Pose>& poses,
                      const Eigen::VectorXd& mean,
                      const Eigen::MatrixXd& by_noise,
@@ -119,8 +120,8 @@ double p_with_offset(const std::vector<Pose>& poses,
   const Eigen::VectorXd directions = symmetric_eigen(information).values;
   constexpr double open_below = 1e-6;
   if (P < 3 || directions.minCoeff() < open_below * directions.maxCoeff()) {
-    // The directions of the poses do not determine the offset, so a single test is made, with the
-    // covariance from noise and from blocks.
+    // The poses do not determine the offset, so there is only one test. Its covariance includes the
+    // noise and the scatter between blocks.
     const Eigen::MatrixXd all = V + blocks.variance * u * u.transpose();
     const double share = solve_symmetric(all, V).trace() / static_cast<double>(P);
     return f_upper_p(
@@ -145,8 +146,8 @@ double p_with_offset(const std::vector<Pose>& poses,
 }
 
 // Returns the p-value of the mean residuals m of the P poses. Without a drift, T = m' V^-1 m / P
-// has the distribution F(P, nu), where V is the covariance of m. nu is computed from the parts of V
-// that were estimated from scatter, by their shares of V.
+// has the distribution F(P, nu), where V is the covariance of m. nu is the effective number of
+// degrees of freedom of the parts of V that were estimated from scatter.
 double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   const FitStatistics& statistics = *calibration.fit.statistics;

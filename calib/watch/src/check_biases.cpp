@@ -79,7 +79,7 @@ DriftCheck check_biases(const Calibration& old,
                            .z = 0.0,
                            .e_n = not_a_number};
     const double difference = change.new_value - change.old_value;
-    // Biases of readings without noise may differ by rounding errors.
+    // If the readings have no noise, equal biases may still differ by rounding errors.
     const double rounding = 64.0 * std::numeric_limits<double>::epsilon() *
                             std::max(std::abs(change.new_value), std::abs(change.old_value));
     change.z = u.u > 0.0 && std::abs(difference) > rounding ? difference / u.u : 0.0;

@@ -29,7 +29,7 @@ bool states_covariance(const Calibration& calibration) {
          calibration.fit.statistics->covariance.allFinite();
 }
 
-// The record without the sources of uncertainty that both records share.
+// Returns the record without the sources of uncertainty that both records share.
 Calibration without_common(Calibration calibration,
                            bool same_positioner,
                            bool same_field,
@@ -55,7 +55,7 @@ Calibration without_common(Calibration calibration,
   return calibration;
 }
 
-// The covariance of these parameters; zero if the record states no covariance.
+// Returns the covariance of the parameters `names`; zero if the record states no covariance.
 Eigen::MatrixXd covariance_of(const Calibration& calibration,
                               const std::vector<std::string>& names) {
   const auto p = static_cast<Eigen::Index>(names.size());
@@ -76,9 +76,9 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration,
   return result;
 }
 
-// The shares of one record in the variances of the differences of an axis's parameters: one share
-// from the scatter of the readings, and one from each scatter component. Each share is a fraction
-// of the variance of the difference, averaged over the parameters.
+// The contributions of one record to the variance of the difference between two records. They come
+// from the scatter of the readings and from each scatter component. Each is a fraction of the
+// variance, averaged over the parameters of an axis.
 struct Scatter {
   VarianceShare readings;
   std::vector<VarianceShare> components;
@@ -117,7 +117,7 @@ Scatter scatter_of(const Calibration& calibration,
   return scatter;
 }
 
-// Welch's and Satterthwaite's degrees of freedom of a difference.
+// Returns the degrees of freedom of a difference, by Welch and Satterthwaite's formula.
 double freedom_of_difference(const Scatter& before, const Scatter& after, bool pooled) {
   std::vector<VarianceShare> shares = before.components;
   shares.insert(shares.end(), after.components.begin(), after.components.end());
@@ -138,8 +138,8 @@ double freedom_of_difference(const Scatter& before, const Scatter& after, bool p
   return inverse > 0.0 ? 1.0 / inverse : as_good_as_infinite;
 }
 
-// Pools the residual scatters of each axis: if those of the two records do not differ
-// significantly, both records get the pooled scatter and the sum of the degrees of freedom.
+// Pools the residual scatters of two records, axis by axis. If the two scatters of an axis do not
+// differ significantly, both records get the pooled scatter and the sum of the degrees of freedom.
 void pool_scatters(Calibration& a, Calibration& b) {
   if (!states_covariance(a) || !states_covariance(b)) {
     return;
@@ -181,7 +181,7 @@ void pool_scatters(Calibration& a, Calibration& b) {
   }
 }
 
-// The calibration with its bias and sensitivity at another temperature.
+// Returns the calibration with its bias and sensitivity at the temperature t.
 Calibration at_temperature(Calibration calibration, const SensorTemperature& t) {
   if (calibration.sensor.temperature) {
     TemperatureResponse& terms = *calibration.sensor.temperature;
@@ -223,8 +223,8 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
   }
 }
 
-// Returns the parameters of an axis that both records determine. A calibration by transfer does not
-// determine the sensitivities perpendicular to its fields.
+// Returns the parameters of an axis that both records determine. If the fields of a calibration do
+// not span all directions, it does not determine the sensitivities perpendicular to them.
 std::vector<std::string> names_in_both(const Calibration& old,
                                        const Calibration& fresh,
                                        Eigen::Index k) {
@@ -295,7 +295,7 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
   return changes;
 }
 
-// Returns the shares of the variance of the largest angle error, from the covariances of both
+// Splits the variance of the largest angle error into its shares, from the covariances of both
 // records. The instrument must have three axes or more.
 VarianceShares shares_of_error(const Calibration& old,
                                const Calibration& fresh,

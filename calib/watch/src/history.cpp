@@ -28,10 +28,10 @@ namespace {
 
 constexpr double seconds_per_year = 365.2425 * 86400.0;
 
-// A summary of a record for a history, small enough for thousands of records.
+// A summary of a record. It is so small that a history can hold thousands of records.
 struct Entry {
   std::string path;
-  std::string failure;  // the reason why it is not a record; otherwise empty
+  std::string failure;  // the reason why the text is not a record; empty for a record
   FittedParameters fitted;
   double time_s = 0.0;
 };
@@ -49,8 +49,8 @@ std::string date_text(double seconds) {
 }
 
 // Sets the date at which the line value + slope t crosses a limit, with t in years since the last
-// record. The interval of the date is where the 95 % band of the line crosses the limit (Fieller,
-// J. R. Stat. Soc. B 16 (1954) 175).
+// record. The interval of this date ends where the 95 % band of the line crosses the limit
+// (Fieller, J. R. Stat. Soc. B 16 (1954) 175).
 void put_date_of_limit(const Eigen::Vector2d& line,
                        const Eigen::Matrix2d& covariance,
                        double degrees_of_freedom,
@@ -83,7 +83,7 @@ void put_date_of_limit(const Eigen::Vector2d& line,
   const double b = -2.0 * (to_limit * line(1) + t * t * covariance(0, 1));
   const double c = to_limit * to_limit - t * t * covariance(0, 0);
   if (c <= 0.0) {
-    trend.meets_limit_from = date_in(0.0);  // the limit may be crossed already
+    trend.meets_limit_from = date_in(0.0);  // the band already includes the limit
   }
   const double discriminant = b * b - 4.0 * a * c;
   if (!(discriminant >= 0.0)) {
@@ -96,13 +96,13 @@ void put_date_of_limit(const Eigen::Vector2d& line,
     if (meets >= 0.0 && meets < longest_years && trend.meets_limit_from.empty()) {
       trend.meets_limit_from = date_in(meets);
     } else if (a > 0.0 && meets >= until && meets < longest_years) {
-      trend.meets_limit_until = date_in(meets);  // not set if the slope may be 0
+      trend.meets_limit_until = date_in(meets);  // only if the slope differs significantly from 0
     }
   }
 }
 
-// A line through the values, weighted by their uncertainties if these exist, otherwise with equal
-// weights.
+// Fits a line to the values of a trend. If their uncertainties are known, they determine the
+// weights. Otherwise the weights are equal.
 void put_trend(const std::vector<double>& years, ParameterTrend& trend) {
   const auto n = static_cast<Eigen::Index>(years.size());
   trend.slope_per_year = not_a_number;
@@ -129,7 +129,7 @@ void put_trend(const std::vector<double>& years, ParameterTrend& trend) {
   const LeastSquaresDesign design(X, w);
   const LeastSquaresFit fit = design.fit(y);
   trend.slope_per_year = fit.estimate(1);
-  // The covariance is larger if the values scatter more than their stated uncertainties.
+  // The covariance is increased if the values scatter more than their uncertainties predict.
   const Eigen::MatrixXd covariance =
       known ? Eigen::MatrixXd(design.unscaled_covariance() *
                               (fit.residual_sd > 1.0 ? std::pow(fit.residual_sd, 2) : 1.0))
@@ -175,7 +175,7 @@ UnitHistory history_of(const std::string& serial,
   return unit;
 }
 
-// The summary of a record for a history, or the reason why it is not a record.
+// Returns the summary of a record, or the reason why the text is not a record.
 Entry entry_of(const std::string& name, const std::string& text) {
   Entry entry{.path = name};
   try {
@@ -229,7 +229,7 @@ std::vector<Calibration> read_records(const RecordTexts& records) {
     try {
       calibrations.push_back(parse_calibration(records.text(i), records.names[i]));
     } catch (const DataError&) {
-      continue;  // another kind of file
+      continue;  // the text is not a record
     }
   }
   return calibrations;
@@ -248,7 +248,7 @@ std::vector<UnitHistory> read_history(const RecordTexts& records,
       if (passed_over != nullptr) {
         passed_over->push_back(std::move(entry.failure));
       }
-      continue;  // another kind of file
+      continue;  // the text is not a record
     }
     units[{entry.fitted.serial, entry.fitted.axes}].push_back(std::move(entry));
   }

@@ -18,8 +18,8 @@
 namespace axiscal {
 namespace {
 
-// The generalised least-squares fit of e by the columns of A. The errors of e have the covariance
-// V.
+// The result of a generalised least-squares fit of the columns of A to e, whose errors have the
+// covariance V.
 struct WeighedFit {
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
@@ -42,7 +42,7 @@ WeighedFit fit_weighed(const Eigen::VectorXd& e,
   return fit;
 }
 
-// The readings to compare with the record.
+// Returns the readings to compare with the record.
 Observations wanted_of(const Experiment& experiment, const Observations& observations) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
@@ -66,8 +66,8 @@ double seat_scatter_rad(const Calibration& record) {
   return 0.0;
 }
 
-// Adds the p-value of the residuals of each axis, with the degrees of freedom of the axis's scatter
-// in the record.
+// Adds the p-value of each axis's residuals to `tests`.
+// @param degrees_of_freedom  degrees of freedom of each axis's scatter in the record.
 void add_residuals(const WeighedFit& fit,
                    const Eigen::VectorXd& degrees_of_freedom,
                    FisherSum& tests) {
@@ -86,9 +86,9 @@ void add_residuals(const WeighedFit& fit,
   }
 }
 
-// Adds the p-value of the change of each bias. The variance of a change is the sum of two
-// variances, from the noise and from the scatter of blocks, each with its own degrees of freedom
-// (Satterthwaite).
+// Adds the p-value of the change of each bias to `tests`. The variance of a change is the sum of
+// the variances from the noise and from the scatter between blocks. Satterthwaite's formula gives
+// its degrees of freedom.
 void add_changes_of_biases(const WeighedFit& shifted,
                            const std::vector<BlockScatter>& blocks,
                            const Eigen::VectorXd& degrees_of_freedom,
@@ -260,8 +260,8 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_expanded_deg = not_a_number};
   const WeighedFit shifted = fit_weighed(at.e, with_biases, at.V);
   const Eigen::VectorXd& freedom = record.fit.statistics->degrees_of_freedom;
-  // The readings belong to another block than the readings of the record. The offset of this block
-  // has few degrees of freedom and the residuals have many, so they are tested separately.
+  // The new readings form another block than the readings of the record. The offset of this block
+  // has few degrees of freedom and the residuals have many, so the two are tested separately.
   std::vector<BlockScatter> blocks;
   for (const std::string& axis : sensor.instrument.axes) {
     blocks.push_back(scatter_of_blocks(record, axis + ".bias"));

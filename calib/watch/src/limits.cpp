@@ -29,7 +29,7 @@ struct Measured {
   double value = 0.0;
   double u = not_a_number;
   double expanded = 0.0;
-  // Degrees of freedom of u, or of `value` if is_scatter is true.
+  // Degrees of freedom of `u`; if is_scatter is true, degrees of freedom of `value`.
   double degrees_of_freedom = not_a_number;
   bool is_scatter = false;
 };
@@ -40,7 +40,7 @@ constexpr double as_good_as_infinite = 1e6;
 double probability_below(const Measured& one, double limit) {
   const double nu = std::min(one.degrees_of_freedom, as_good_as_infinite);
   if (one.is_scatter) {
-    // sigma^2 = nu s^2 / chi^2.
+    // The true variance is nu s^2 / chi^2, where chi^2 has nu degrees of freedom.
     return limit > 0.0 ? chi_squared_upper_p(nu * std::pow(one.value / limit, 2), nu) : 0.0;
   }
   const double t = (limit - one.value) / one.u;
@@ -62,7 +62,7 @@ double scatter_guard_band(double s, double nu) {
   return s * (std::sqrt(nu / chi_squared_quantile(risk, nu)) - 1.0);
 }
 
-// The expanded uncertainty of the pitch from the calibration, in the worst attitude.
+// Returns the largest expanded uncertainty of the pitch over all attitudes, from the calibration.
 double pitch_uncertainty_deg(const Calibration& calibration) {
   ReadingNoise silent;
   silent.sd = Eigen::VectorXd::Zero(calibration.sensor.instrument.axis_count());

@@ -32,7 +32,7 @@ std::optional<ProcessScatter> process_scatter(const std::vector<Calibration>& re
   std::vector<InputFileDigest> seen = leave_out;
   for (const Calibration& record : records) {
     if (!counts_for(record, instrument) || is_made_from(record, seen)) {
-      continue;  // a record of another kind, or a record of readings that were used already
+      continue;  // the record is of another kind, or its readings were used already
     }
     seen.insert(seen.end(), record.provenance.inputs.begin(), record.provenance.inputs.end());
     const CalibrationConditions& conditions = record.fit.conditions;

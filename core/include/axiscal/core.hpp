@@ -23,9 +23,10 @@
 /// numbers.
 ///
 /// Errors are exceptions. The message of an error states the place and the remedy. The types are:
-/// DomainError (a wrong argument; SetupError: an incomplete set-up), DataError (the content of a
-/// file, with path and line), RefusedError (no result can be computed from the data), OutputError
-/// (a result cannot be stored). The library does not print and does not end the program.
+/// DomainError (a wrong argument), its subclass SetupError (an incomplete set-up), DataError (a
+/// fault in a file, with path and line), RefusedError (no result can be computed from the data)
+/// and OutputError (a result cannot be stored). The library does not print and does not end the
+/// program.
 ///
 /// @code
 /// axiscal::RandomStream random(7, 0);  // seed and stream; same numbers on each machine

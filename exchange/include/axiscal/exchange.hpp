@@ -5,8 +5,8 @@
 #include "axiscal/exchange/import.hpp"
 
 /// @file
-/// Calibrations in the formats of other software: export to C headers, PX4, ArduPilot, Kalibr, ROS,
-/// DCC and others, and import from some of them.
+/// Conversion of calibrations to and from the formats of other software. Export formats include C
+/// headers, PX4, ArduPilot, Kalibr, ROS and DCC; some formats can be imported.
 ///
 /// @code
 /// for (const axiscal::ExportFormat& format : axiscal::export_formats()) {
@@ -15,6 +15,6 @@
 /// @endcode
 ///
 /// Traps:
-/// - Many formats cannot store cross-axis terms or temperature terms. An export then throws unless
-///   `lossy` is true; with `lossy` it reports the loss in the field's unit.
+/// - Many formats cannot store cross-axis terms or temperature terms. Export to them throws unless
+/// `lossy` is true. With `lossy`, the export reports the loss in the unit of the field.
 /// - An imported record has only coefficients, without uncertainties.

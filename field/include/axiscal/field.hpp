@@ -28,9 +28,10 @@
 /// @file
 /// Reference fields for a calibration: vectors that are known at a site.
 ///
-/// A ReferenceField is a vector in enu (east, north, up) with a unit. The library has gravity, the
-/// geomagnetic field, the Earth's rotation, the fields of coils and turntables, light and the sun.
-/// Derive from it for a field of your own. The properties of a kind are in its FieldKind.
+/// A ReferenceField is a vector in enu (east, north, up) with a unit. The library provides gravity,
+/// the geomagnetic field, the Earth's rotation, the fields of coils and turntables, and the light
+/// of lamps and of the sun. Derive a class from ReferenceField to add your own field. FieldKind
+/// contains the properties that all fields of one kind share.
 ///
 /// @code
 /// const axiscal::Site munich{.latitude_deg = 48.14, .longitude_deg = 11.58, .height_m = 520.0};

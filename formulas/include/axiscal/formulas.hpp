@@ -5,4 +5,4 @@
 #include "axiscal/formulas/kind_file.hpp"
 
 /// @file
-/// Kinds of instruments and fields that a file defines by formulas, for users who do not write C++.
+/// Lets users define kinds of instruments and fields by formulas in a file, without writing C++.

@@ -8,12 +8,12 @@
 #include "axiscal/instruments/settings.hpp"
 
 /// @file
-/// The response of an instrument to a field, v = b + S f, and quantities in the usual terms of each
-/// kind.
+/// The response of an instrument to a field, v = b + S f, and the results that are usual for each
+/// kind of instrument.
 ///
-/// An Instrument has a kind, axes and units. A LinearResponse has the coefficients. An
-/// InstrumentKind has the special results of accelerometers, magnetometers, gyroscopes or light
-/// sensors: angles, hard iron, headings.
+/// An Instrument describes the kind, axes and units. A LinearResponse contains the coefficients b
+/// and S. An InstrumentKind computes the results that only accelerometers, magnetometers,
+/// gyroscopes or light sensors have: angles, hard iron, headings.
 ///
 /// @code
 /// const axiscal::LinearResponse response{.bias = Eigen::Vector3d(0.1, -0.2, 0.3),
@@ -23,5 +23,6 @@
 /// @endcode
 ///
 /// Traps:
-/// - Row k of S belongs to axis k, and its columns to the field's x, y, z in the sensor's frame.
+/// - Row k of S belongs to axis k. The columns of S belong to the field's x, y, z in the sensor's
+///   frame.
 /// - The name of an axis decides which component it should sense: "acc_x" should sense x.

@@ -15,14 +15,14 @@ namespace axiscal {
 
 /// Propagates the covariance of bias and sensitivity to a quantity that is derived from them.
 ///
-/// @param of  computes the quantity. It must always return the same number of values. Its
-///            derivatives are central differences.
+/// @param of  a function that computes the quantity from a response. It must always return the same
+///            number of values. Its derivatives are computed by central differences.
 /// @return standard uncertainties, one for each value; NaN if the covariance is unknown.
 [[nodiscard]] std::vector<double> propagated(
     const CalibratedInstrument& calibrated,
     const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
 
-/// Computes a quantity of the response with its uncertainty.
+/// Computes a quantity from the response, and its uncertainty.
 [[nodiscard]] KindQuantity quantity_of(
     const CalibratedInstrument& calibrated,
     std::string name,
@@ -36,14 +36,15 @@ namespace axiscal {
     const CalibratedInstrument& calibrated,
     const std::function<double(const Eigen::Vector3d& in_table)>& of);
 
-/// Computes an angle from the field in the table, with its uncertainty. The field must be known.
+/// Computes an angle from the field in the table, and its uncertainty. The field must be known.
 [[nodiscard]] KindQuantity angle_of_field(
     const CalibratedInstrument& calibrated,
     std::string name,
     const std::function<double(const Eigen::Vector3d& in_table)>& angle_rad);
 
-/// Azimuth of the table's fence [rad], in (-pi, pi], from the direction of a field's horizontal
-/// part: from magnetic north for the geomagnetic field, from true north for the Earth's rotation.
+/// Computes the azimuth of the table's fence [rad], in (-pi, pi], from the horizontal part of a
+/// field. The azimuth is relative to magnetic north if the field is geomagnetic, and relative to
+/// true north if it is the Earth's rotation.
 [[nodiscard]] double fence_azimuth_from(const Eigen::Vector3d& in_table);
 
 }  // namespace axiscal

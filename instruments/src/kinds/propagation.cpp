@@ -28,8 +28,8 @@ LinearResponse response_of(const Eigen::VectorXd& all) {
   return response;
 }
 
-// Computes the derivatives by central differences. steps() makes the steps so small that the
-// quantity is linear over them.
+// Computes the derivatives by central differences. steps() returns steps that are so small that the
+// quantity is nearly linear within them.
 Eigen::MatrixXd jacobian(const Eigen::VectorXd& at,
                          const Eigen::VectorXd& step,
                          const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& of) {
@@ -110,7 +110,8 @@ KindQuantity angle_of_field(const CalibratedInstrument& calibrated,
 }
 
 double fence_azimuth_from(const Eigen::Vector3d& in_table) {
-  // If the fence's azimuth is psi, a unit field to the north is (-sin psi, cos psi) in the table.
+  // If the fence's azimuth is psi, the unit vector to the north is (-sin psi, cos psi) in the
+  // table's frame.
   return std::atan2(-in_table.x(), in_table.y());
 }
 

@@ -20,14 +20,15 @@
 #include "axiscal/logs/time_column.hpp"
 
 /// @file
-/// Raw recordings: rests, seats, turns and noise.
+/// Reads raw recordings, finds the rests and turns of an instrument in them, and measures its
+/// noise.
 ///
-/// LogFile reads a table in any layout, a flight log, a bag or a phone's recording as one table of
-/// numbers. RecordingFile reads all series of such a file. TableText reads tables whose cells are
-/// text. segment() finds the rests of a recording, and segmentation_csv() writes them as
+/// LogFile reads a table in any layout, a flight log, a ROS bag or a phone's recording as one table
+/// of numbers. RecordingFile reads all series of such a file. TableText reads tables whose cells
+/// are text. segment() finds the rests of a recording, and segmentation_csv() writes them as
 /// observations. calibrate_imu() calibrates the accelerometer, the gyroscope and the magnetometer
-/// of one log in one frame. allan_deviation() and fit_noise() show for how long it is worth
-/// averaging a reading.
+/// of one log in one frame. allan_deviation() and fit_noise() show how long an average of a reading
+/// still becomes more precise.
 ///
 /// @code
 /// axiscal::RandomStream random(1, 0);

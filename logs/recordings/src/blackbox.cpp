@@ -2,7 +2,7 @@
 // Betaflight's blackbox (betaflight.com, "Blackbox Internals"): lines `H name:value`, then frames.
 // I frames contain complete values, and P frames contain differences to the frames before them. S,
 // G and H frames contain slow values and GPS data, and E frames contain events. A frame is valid if
-// another frame begins where it ends, and neither its iteration nor its time leaps. After an
+// another frame begins where it ends, and neither its iteration number nor its time jumps. After an
 // invalid frame, P frames are skipped up to the next I frame.
 #include <array>
 #include <bit>
@@ -21,8 +21,8 @@ namespace {
 constexpr std::string_view first_line = "H Product:Blackbox";
 constexpr std::size_t longest_frame = 256;
 constexpr std::size_t most_fields = 256;
-constexpr std::int64_t longest_leap = 5000;          // iterations
-constexpr std::int64_t longest_pause_us = 10000000;  // us
+constexpr std::int64_t longest_leap = 5000;  // largest accepted jump of the iteration number
+constexpr std::int64_t longest_pause_us = 10000000;
 
 enum Predictor : int {
   previous = 1,
@@ -101,7 +101,7 @@ class FrameBytes {
         break;
       case 1: {
         const std::uint32_t second = byte();
-        if (is_variable) {  // 5, 5, 4 bits
+        if (is_variable) {  // values of 5, 5 and 4 bits
           values[0] = sign_extended(lead >> 1U, 5);
           values[1] = sign_extended((lead & 1U) << 4U | second >> 4U, 5);
         } else {
@@ -114,7 +114,7 @@ class FrameBytes {
       case 2: {
         const std::uint32_t second = byte();
         const std::uint32_t third = byte();
-        if (is_variable) {  // 8, 7, 7 bits
+        if (is_variable) {  // values of 8, 7 and 7 bits
           values[0] = sign_extended((lead & 0x3FU) << 2U | second >> 6U, 8);
           values[1] = sign_extended((second & 0x3FU) << 1U | third >> 7U, 7);
           values[2] = sign_extended(third, 7);
@@ -206,7 +206,7 @@ struct FrameFields {
 // The header of one log.
 struct LogHeader {
   int version = 1;
-  std::int64_t interval = 32;  // from an I frame to the next, in iterations
+  std::int64_t interval = 32;  // number of iterations from one I frame to the next
   std::int64_t p_number = 1, p_of = 1;
   std::int32_t minimum_throttle = 1150, minimum_motor = 1150, battery = 4095;
   double counts_per_g = 0.0;
@@ -406,8 +406,8 @@ class Blackbox final : public RecordingFile::Decoder {
       return 0;
     }
     if (type == 'P' && !stream_is_valid_) {
-      // The frame is skipped. The sizes of its fields do not depend on the frames before it, so its
-      // end can be found.
+      // The frame is decoded only to find its end. The sizes of its fields do not depend on the
+      // frames before it.
       scratch_.assign(fields->second.names.size(), 0);
       read_fields(bytes, fields->second, scratch_, nullptr, nullptr, 0);
       const std::size_t size = 1 + bytes.at();
@@ -438,7 +438,7 @@ class Blackbox final : public RecordingFile::Decoder {
                : std::string_view("IPSGHE").find(ahead[at]) != std::string_view::npos;
   }
 
-  // @return the number of iterations that the logger omits on purpose before the next frame.
+  // @return the number of iterations before the next frame that the logger is set to omit.
   [[nodiscard]] std::int64_t skipped_iterations() const {
     if (!last_iteration_) {
       return 0;
@@ -594,7 +594,7 @@ class Blackbox final : public RecordingFile::Decoder {
         break;
       case disarm:
         bytes.unsigned_number();
-        stream_is_valid_ = false;  // skips frames like an event of type `mode`
+        stream_is_valid_ = false;  // as for an event of type `mode`
         break;
       case adjustment: {
         const std::uint32_t function = bytes.byte();
@@ -610,8 +610,8 @@ class Blackbox final : public RecordingFile::Decoder {
         last_time_ = bytes.unsigned_number() + rollovers_;
         break;
       case mode:
-        // blackbox_decode, which people use to check logs, does not know this event. It leaves out
-        // the frames from here to the next I frame, so this reader does the same.
+        // Users check logs with blackbox_decode, which does not know this event and leaves out the
+        // frames from here to the next I frame. This reader does the same.
         bytes.unsigned_number();
         bytes.unsigned_number();
         stream_is_valid_ = false;

@@ -30,7 +30,7 @@ std::string read_up_to(std::size_t size,
   return text;
 }
 
-// Reads the file, and unpacks it if it is compressed.
+// Reads bytes from a function, and unpacks them if they are compressed.
 struct ByteSource::Reader {
   Reader(std::string name, Read read_file)
       : path(std::move(name)), read_raw(std::move(read_file)) {}
@@ -164,7 +164,7 @@ std::size_t ByteSource::read(char* buffer, std::size_t size) {
 
 std::size_t ByteSource::read_on(char* buffer, std::size_t size) {
   if (size == 0) {
-    return 0;  // an unpacker would never return
+    return 0;  // an unpacker would loop forever
   }
   const std::size_t count = reader_->read(buffer, size);
   if (!compression_.empty()) {

@@ -14,8 +14,8 @@ namespace axiscal {
 
 /// @param read  writes the next bytes to `buffer`, at most `size` of them, and returns their
 ///              number; 0 at the end.
-/// @return the next `size` bytes, or fewer at the end. The memory grows with the bytes read, not
-///         with `size`.
+/// @return the next `size` bytes, or fewer at the end. The memory used depends on the number of
+///         bytes read, not on `size`.
 [[nodiscard]] std::string read_up_to(
     std::size_t size, const std::function<std::size_t(char* buffer, std::size_t size)>& read);
 
@@ -34,7 +34,7 @@ class ByteSource {
   ByteSource(const std::string& path, Read read, const ReadLimits& limits = {});
 
   /// Reads bytes that are derived from a file: a part of an archive, or text in another encoding.
-  /// @param budget  budget of the file.
+  /// @param budget  budget for reading the file.
   ByteSource(std::string path, Read read, ReadBudget budget);
 
   ~ByteSource();
@@ -78,12 +78,12 @@ class ByteSource {
   ReadBudget budget_;
   std::unique_ptr<Reader> reader_;
   std::vector<char> ahead_;  // bytes read by peek()
-  std::size_t next_ = 0;     // position in ahead_ of the next byte for read()
+  std::size_t next_ = 0;     // position in ahead_ of the byte that read() returns next
 };
 
-/// @return a text that is made piece by piece while it is read.
+/// @return a source of bytes that are generated piece by piece as they are read.
 /// @param next    writes the next piece to `piece`, which is empty; returns false at the end.
-/// @param budget  budget of the underlying file.
+/// @param budget  budget for reading the file from which the bytes are derived.
 [[nodiscard]] ByteSource bytes_of_pieces(std::string path,
                                          std::function<bool(std::string& piece)> next,
                                          ReadBudget budget);

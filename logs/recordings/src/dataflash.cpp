@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ArduPilot's DataFlash logs (ardupilot.org, "Adding a new log message"): each message consists of
-// the bytes A3 95, its number, and its fields. The message FMT (number 128) describes the others.
+// ArduPilot's DataFlash logs (ardupilot.org, "Adding a new log message"). Each message consists of
+// the bytes A3 95, the number of its type, and its fields. Messages of type FMT (128) describe the
+// fields of the other types.
 #include <array>
 #include <bit>
 #include <cmath>
@@ -21,7 +22,7 @@ namespace {
 struct Letter {
   char letter;
   std::size_t size;
-  double scale;  // 0 for text or an array
+  double scale;  // factor of the stored number; 0 for text or an array
 };
 
 constexpr std::array<Letter, 20> letters = {
@@ -121,7 +122,7 @@ class Dataflash final : public RecordingFile::Decoder {
       return true;
     }
     const std::size_t size = id == format_message ? format_size : known->second.size;
-    if (is_lost_) {  // the message is then valid only if another one follows it
+    if (is_lost_) {  // after damage, a message is valid only if another one follows it
       const std::string_view ahead = stream_.peek(size + 2);
       if (ahead.size() == size + 2 && !ahead.substr(size).starts_with("\xA3\x95")) {
         lost_ += stream_.skip_to("\xA3\x95");
@@ -195,7 +196,7 @@ class Dataflash final : public RecordingFile::Decoder {
 
   void take_message(Message& message, RecordBytes bytes, SeriesSink& sink) {
     values_.clear();
-    std::array<std::string, 2> texts;  // texts[0] is the last text field; in PARM it is the name
+    std::array<std::string, 2> texts;  // texts[0]: last text field, in PARM the parameter's name
     for (std::size_t c = 0; c < message.format.size(); ++c) {
       const Letter* const known = letter_of(message.format[c]);
       if (known != nullptr && known->scale == 0.0) {

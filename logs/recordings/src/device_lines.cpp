@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines that devices print: VectorNav's $VN.. sentences (VN-100 user manual, asynchronous
-// messages), and MotionCal's `Raw:` lines (PJRC).
+// Decoders for lines that devices print: VectorNav's $VN.. sentences (VN-100 user manual,
+// asynchronous messages), and the lines `Raw:` and `Uni:` for PJRC's MotionCal.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -19,7 +19,7 @@ Series of_kind(SeriesKind kind, const char* unit) {
   return {.kind = kind, .unit = unit, .known_by = KnownBy::format};
 }
 
-// @return a note about omitted lines; empty if there are no such lines.
+// @return a note about the lines that were left out; empty if `lines` is 0.
 std::vector<std::string> left_out(std::size_t lines, const char* why) {
   return lines > 0 ? std::vector{formatted("{} lines {}, and are left out", lines, why)}
                    : std::vector<std::string>{};
@@ -50,8 +50,8 @@ Series vectornav_rule(const std::string& column) {
              : Series{};
 }
 
-// @return the text between $ and *, or nullopt if the checksum, which is the exclusive or of its
-//         characters, is wrong.
+// @return the text between $ and *; nullopt if the line is not a VectorNav sentence or its checksum
+//         is wrong. The checksum is the exclusive or of the characters of this text.
 std::optional<std::string_view> sentence_of(std::string_view line) {
   constexpr std::size_t digits = 2;
   line = trimmed(line);
@@ -123,8 +123,9 @@ class VectorNav final : public RecordingFile::Decoder {
   std::size_t count_ = 0, damaged_ = 0;
 };
 
-// "Raw:ax,ay,az,gx,gy,gz,mx,my,mz" in counts of 1/8192 g, 1/16 deg/s and 0.1 uT. "Uni:" has the
-// same quantities in m/s^2, rad/s and uT.
+// Decodes lines such as "Raw:ax,ay,az,gx,gy,gz,mx,my,mz", whose counts are in units of 1/8192 g,
+// 1/16 deg/s and 0.1 uT. Lines that begin with "Uni:" contain the same quantities in m/s^2, rad/s
+// and uT.
 class MotionCal final : public RecordingFile::Decoder {
  public:
   explicit MotionCal(ByteSource bytes) : lines_(std::move(bytes)) { format = "motioncal"; }

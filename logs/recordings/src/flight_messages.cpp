@@ -19,7 +19,7 @@ struct TimeField {
 constexpr std::array<TimeField, 4> time_fields = {
     {{"TimeUS", 1e-6}, {"TimeMS", 1e-3}, {"time_usec", 1e-6}, {"time_boot_ms", 1e-3}}};
 
-// "IMU2" -> "IMU".
+// @return the name without the digits at its end: "IMU" for "IMU2".
 std::string_view without_number(std::string_view name) {
   while (!name.empty() && std::isdigit(static_cast<unsigned char>(name.back())) != 0) {
     name.remove_suffix(1);
@@ -28,8 +28,8 @@ std::string_view without_number(std::string_view name) {
 }
 
 // @return kind and unit of a field, according to ArduPilot's log messages (ardupilot.org, "Onboard
-//         Message Log Messages") and MAVLink's common messages (mavlink.io). According to MAVLink,
-//         RAW_IMU contains raw counts. ArduPilot writes milli-g, which is assumed.
+//         Message Log Messages") and MAVLink's common messages (mavlink.io). MAVLink defines
+//         RAW_IMU as raw counts, but ArduPilot writes milli-g, so milli-g is assumed.
 Series rule_of(const std::string& message, const std::string& field) {
   const auto is = [&](SeriesKind kind, const char* unit) {
     return Series{.kind = kind, .unit = unit, .known_by = KnownBy::format};
@@ -79,7 +79,7 @@ FlightMessage::FlightMessage(std::string name, std::vector<std::string> fields)
     }
   }
   for (std::size_t f = 0; f < fields_.size(); ++f) {
-    if (fields_[f] == "I" && f == 1) {  // after the time; elsewhere I is an integral term
+    if (fields_[f] == "I" && f == 1) {  // only the second field; elsewhere I is an integral term
       instance_ = f;
     } else if (f != time_) {
       others_.push_back(f);

@@ -10,21 +10,22 @@
 
 namespace axiscal {
 
-/// A message of ArduPilot or MAVLink, in any format. Its time is one of its fields, the column `I`
-/// is its instance, and the message's name determines the meaning of its fields.
+/// A type of message of ArduPilot or MAVLink, from a log in any format. One of the fields is the
+/// time, and the field `I` is the number of the sensor. The name of the message determines the
+/// meaning of the other fields.
 class FlightMessage {
  public:
   FlightMessage() = default;
 
-  /// @param name   "IMU", "MAG2", "RAW_IMU", ...
-  /// @param fields  names of its numbers, including the time and the instance.
+  /// @param name    name of the message: "IMU", "MAG2", "RAW_IMU", ...
+  /// @param fields  names of its numeric fields, including the time and `I`.
   FlightMessage(std::string name, std::vector<std::string> fields);
 
   [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }
 
   /// Passes a message on to the sink.
   /// @param values  one value for each field.
-  /// @param count   number of series that the sink contains; increased for a new series.
+  /// @param count   number of series in the sink; increased if the message begins new series.
   /// @param time_s  time of the message [s], used if none of its fields is a time.
   void put(SeriesSink& sink,
            std::span<const double> values,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flight logs as text. ArduPilot's .log has lines `NAME, value, value`, whose columns are named by
-// FMT lines. mavlogdump prints lines `date time: NAME {field : value, ...}`, or JSON lines {"meta":
-// {"type": NAME, "timestamp": s}, "data": {field: value, ...}}.
+// Flight logs as text. ArduPilot's .log has lines `NAME, value, value`; FMT lines name the columns.
+// mavlogdump prints lines `date time: NAME {field : value, ...}`, or JSON lines {"meta": {"type":
+// NAME, "timestamp": s}, "data": {field: value, ...}}.
 #include <algorithm>
 
 #include "axiscal/core/not_a_number.hpp"

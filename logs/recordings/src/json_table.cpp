@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON tables: a list of records, one record per line, or an object of columns. Names within nested
-// records are joined with points: {"imu": {"accelerometer": {"x": 1}}} has the column
-// imu.accelerometer.x.
+// Reads tables in JSON: a list of records, lines with one record each, or an object with one list
+// for each column. Names within nested records are joined with points: {"imu": {"accelerometer":
+// {"x": 1}}} has the column imu.accelerometer.x.
 #include <algorithm>
 #include <map>
 #include <unordered_map>
@@ -23,8 +23,8 @@ namespace {
 
 constexpr int deepest = 16;
 
-// A table whose later rows may add columns. Each row is stored as text with the cells that it has.
-// Missing cells are added when the table is read.
+// A table in which later rows may add columns. Each row is stored as text with the cells that it
+// has. The missing cells at its end are added when the table is read.
 class GrowingTable {
  public:
   explicit GrowingTable(ReadBudget budget) : budget_(std::move(budget)) {}
@@ -90,10 +90,10 @@ class GrowingTable {
   ReadBudget budget_;
   std::vector<std::string> names_;
   std::unordered_map<std::string, std::size_t> places_;
-  std::vector<std::string> row_;  // the row that add_row() makes
+  std::vector<std::string> row_;  // cells of the row in add_row()
   std::string text_;
   std::vector<Row> rows_;
-  // The state of next().
+  // State of next(): whether it wrote the header, the next row, and this row's position in text_.
   bool has_header_ = false;
   std::size_t next_ = 0, begin_ = 0;
 };
@@ -129,7 +129,7 @@ void add_cells(const Json& value, const std::string& name, int depth, Cells& cel
   }
 }
 
-// Goes through the records of a JSON text.
+// Calls a function for each record of a JSON text.
 class JsonRecords {
  public:
   using Take = std::function<void(const Json& record)>;
@@ -162,11 +162,11 @@ class JsonRecords {
     if (!entries.ok()) {
       fail(entries.rest());
     }
-    if (!names.empty() && !rows.empty()) {  // pandas, orient="split"
+    if (!names.empty() && !rows.empty()) {  // written by pandas with orient="split"
       for_each_split(parsed(names), JsonEntries(rows), take);
     } else if (const std::optional<std::size_t> count = rows_of_columns()) {
       for_each_of_columns(*count, take);
-    } else if (!records.empty()) {  // {"data": [{...}, ...]}
+    } else if (!records.empty()) {  // a list within an object: {"data": [{...}, ...]}
       for_each_entry(JsonEntries(records), take);
     } else {
       take(parsed(text_));
@@ -232,8 +232,8 @@ class JsonRecords {
     return entries.next() && JsonEntries(entries.value()).is_object() && entries.next();
   }
 
-  // @return the length of the lists if an object contains only lists of one length; otherwise
-  //         nullopt.
+  // @return the number of rows if the text is an object of columns, which means that it contains
+  //         only lists of the same length; otherwise nullopt.
   [[nodiscard]] std::optional<std::size_t> rows_of_columns() const {
     std::optional<std::size_t> rows;
     JsonEntries columns(text_);
@@ -300,7 +300,8 @@ OpenedFile open_json(ByteSource bytes) {
     throw DataError(path, "is JSON of more than 256 MiB; save it as CSV");
   }
   budget.spend(ReadCost::memory, 2 * text.size());  // a growing string may need twice its size
-  // Sensor Logger's records name their sensor. The records of each sensor form one table.
+  // In files of the app Sensor Logger, each record names its sensor. The records of each sensor
+  // form one table.
   std::map<std::string, GrowingTable> tables;
   std::vector<std::string> order;
   Cells cells;

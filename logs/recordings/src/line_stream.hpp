@@ -52,9 +52,9 @@ class LineStream {
 [[nodiscard]] bool are_most_lines(std::string_view start,
                                   const std::function<bool(std::string_view line)>& is_such);
 
-/// @param convert  receives each line, and writes the text that replaces it, including its line
-///                 end.
-/// @return the converted text.
+/// @param convert  receives a line, and writes to `text` the text that replaces it, including a
+///                 line end.
+/// @return a source of the converted text.
 [[nodiscard]] ByteSource converted_lines(
     ByteSource bytes, std::function<void(std::string_view line, std::string& text)> convert);
 

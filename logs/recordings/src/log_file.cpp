@@ -25,7 +25,7 @@ namespace axiscal {
 
 namespace {
 
-constexpr std::size_t most_values_at_once = std::size_t{1} << 20U;  // 8 MiB
+constexpr std::size_t most_values_at_once = std::size_t{1} << 20U;  // 8 MiB of doubles
 
 }  // namespace
 
@@ -72,8 +72,8 @@ std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
   if (found != columns.end()) {
     return static_cast<std::size_t>(found - columns.begin());
   }
-  // Otherwise finds the only column whose name without its unit is the same: "ax" finds
-  // "ax (m/s^2)", and "ax (m/s^2)" finds "ax".
+  // Otherwise the only column that has this name apart from units is used: "ax" finds "ax (m/s^2)",
+  // and "ax (m/s^2)" finds "ax".
   const std::string plain = named_column(name).name;
   const auto is_so = [&](const std::string& column) {
     return !plain.empty() && named_column(column).name == plain;
@@ -250,7 +250,7 @@ std::vector<LogSensor> LogFile::sensors() {
   }
   look_ahead();
   const TableColumns table = recognise_columns(columns_, table_name_, ahead_);
-  // Describes the table as a recording, for sensors_of().
+  // sensors_of() needs a RecordingSummary, so the columns of the table are described by one.
   RecordingSummary summary{.format = format_};
   const MessageSeries series("", 0, columns_, table.series);
   for (const MessageSeries::Part& part : series.parts()) {
@@ -265,7 +265,7 @@ std::vector<LogSensor> LogFile::sensors() {
         low = std::isfinite(value) ? std::min(low, value) : low;
         high = std::isfinite(value) ? std::max(high, value) : high;
       }
-      one.sd.push_back(high > low ? high - low : 0.0);  // not 0 if the column varies
+      one.sd.push_back(high > low ? high - low : 0.0);  // sensors_of() tests only whether sd is 0
     }
   }
   const std::vector<RecordedSensor> all = sensors_of(summary);
@@ -318,8 +318,8 @@ void LogFile::scale(LogBlock& block) const {
   }
 }
 
-// A line of text may have a hundred thousand cells, so the number of values of a block is limited,
-// not only its number of rows.
+// A line of text may have a hundred thousand cells, so not only the number of rows of a block is
+// limited, but also its number of values.
 std::size_t LogFile::rows_at_once(std::size_t columns) {
   return std::max<std::size_t>(1, most_values_at_once / std::max<std::size_t>(1, columns));
 }

@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// The reader of one format of files.
+/// Base class for readers of tables of numbers. Each file format has its own reader.
 class LogFile::Source {
  public:
   virtual ~Source() = default;
@@ -21,8 +21,8 @@ class LogFile::Source {
   std::vector<std::string> columns;
   std::vector<std::string> notes;
   LogDefects defects;
-  std::size_t rows = 0;  ///< number of rows that an array's header states; 0 if not known
-  double rate_hz = 0.0;  ///< samples per second stated by the file; 0 if it states no rate
+  std::size_t rows = 0;  ///< number of rows, if the header of the file states it; otherwise 0
+  double rate_hz = 0.0;  ///< samples per second that the file states; 0 if it states none
   std::optional<std::size_t> clock;  ///< position of the column of dates or times of day
   std::vector<std::size_t> is_text;  ///< positions of the columns without numbers
 };
@@ -33,7 +33,7 @@ class LogFile::Source {
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
                                                             const std::vector<std::string>& names);
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_mat_log(ByteSource bytes);
-/// @param path  path of a file, not of a pipe.
+/// @param path  path of a regular file; a pipe cannot be read.
 /// @param name  name of the file, for messages.
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path,
                                                               const std::string& name,
@@ -55,7 +55,7 @@ class LogInMemory : public LogFile::Source {
   std::size_t next_ = 0;
 };
 
-/// @return `names`, or c1, c2, ... if it is empty.
+/// @return the names of the columns: `names`, or c1, c2, ... if `names` is empty.
 /// @param path   path of the file, for the message.
 /// @param count  number of columns.
 /// @throws DataError  if the number of names is neither 0 nor `count`.

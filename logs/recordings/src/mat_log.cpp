@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads MATLAB's .mat files of version 5 (level 5 MAT-file format, The MathWorks). Numeric vectors
 // and matrices with the same number of rows form one table, and the largest table is read. matio is
-// not used, because it trusts the sizes that a damaged file states. Here each size is compared with
-// that of the enclosing element, and the memory grows with the bytes that were read.
+// not used, because it trusts the sizes that a damaged file states. This reader compares each size
+// with that of the enclosing element, and allocates memory only for bytes that it has read.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -87,11 +87,11 @@ class InflatedBytes final : public Bytes {
 
 struct Tag {
   std::uint32_t type = 0;
-  std::size_t size = 0;               // number of bytes of the data
-  std::optional<std::string> inside;  // the data of a small element
+  std::size_t size = 0;               // size of the data in bytes
+  std::optional<std::string> inside;  // data of a small element, which are stored in the tag
 };
 
-// @return the number of bytes of a number of a data type; 0 if the type is not numeric.
+// @return the size of a number of this data type in bytes; 0 if the type is not numeric.
 std::size_t size_of_type(std::uint32_t type) {
   constexpr std::array<std::size_t, 14> sizes = {0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
   return type < sizes.size() ? sizes[type] : 0;
@@ -202,7 +202,7 @@ class MatReader {
   }
 
   // Reads the tag of the next part of an element.
-  // @param left  number of remaining bytes of the element; reduced by those of the tag.
+  // @param left  number of bytes that remain in the element; reduced by the size of the tag.
   Tag read_tag(Bytes& bytes, std::size_t& left) const {
     if (left < 8) {
       fail("an element ends within the tag of a part");
@@ -253,7 +253,7 @@ class MatReader {
     const bool is_complex = (all_flags & 0x0800U) != 0;
     const bool is_numeric = kind >= first_numeric_class && kind <= last_numeric_class;
     if (kind != struct_class && !is_numeric) {
-      skip(bytes, left);  // text, cells and objects, whose parts may differ
+      skip(bytes, left);  // text, cells and objects are not read
       return;
     }
     const std::string sizes = read_part(bytes, left);
@@ -269,13 +269,13 @@ class MatReader {
     const bool has_elements = std::all_of(dimensions.begin(), dimensions.end(),
                                           [](std::int32_t size) { return size > 0; });
     const bool is_table = dimensions.size() == 2 && has_elements;
-    // Data that MATLAB stores about objects have no name.
+    // MATLAB stores internal data of objects in variables without a name.
     if (name.empty()) {
       skip(bytes, left);
       return;
     }
     if (kind == struct_class && has_elements && depth < deepest) {
-      read_fields(bytes, left, name, depth);  // only the first of an array of structures
+      read_fields(bytes, left, name, depth);  // of an array, only the first structure
     } else if (is_numeric && is_table && !is_complex) {
       read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
                    static_cast<std::size_t>(dimensions[1]));

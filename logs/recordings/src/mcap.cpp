@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// MCAP (mcap.dev/spec): each record consists of an operation, a length and data, and chunks contain
-// records. The records are read in the order of the file, without its index.
+// MCAP (mcap.dev/spec). Each record consists of an opcode, a length and data. Records of the type
+// chunk contain further records. The file is read from its start to its end, and its index is
+// ignored.
 #include <map>
 #include <optional>
 #include <string>

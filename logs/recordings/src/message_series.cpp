@@ -30,7 +30,7 @@ MessageSeries::MessageSeries(const std::string& name,
                              const std::vector<Series>& of_columns) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
     Series of_column = of_columns[c];
-    // Fields of one kind and unit form one series, at any place in the message.
+    // Fields of the same kind and unit form one series, even if they are not adjacent.
     Part* part = nullptr;
     for (Part& other : parts_) {
       const bool full = other.series.kind != SeriesKind::other && other.series.columns.size() == 3;

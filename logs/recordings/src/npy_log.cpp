@@ -17,12 +17,12 @@
 namespace axiscal {
 namespace {
 
-// Arrays with more rows and more columns than this are refused.
+// Arrays in which the number of rows and the number of columns are both larger are refused.
 constexpr std::size_t most_columns = 10000;
 
 struct NpyType {
-  char kind = 'f';       // i, u, f, b
-  std::size_t size = 8;  // bytes
+  char kind = 'f';       // NumPy's letter: i, u, f or b
+  std::size_t size = 8;  // size of a number in bytes
   bool swapped = false;
 };
 
@@ -65,7 +65,7 @@ class NpyHeader {
     read_shape(after("'shape':"));
   }
 
-  std::vector<NpyType> types;      // one type, or one for each field of a record
+  std::vector<NpyType> types;      // one type for all numbers, or one for each field of a record
   std::vector<std::string> names;  // names of a record's fields
   bool fortran_order = false;
   std::size_t rows = 0;
@@ -264,11 +264,11 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   }
   const ReadBudget budget = bytes.budget();
   const double numbers = static_cast<double>(header.rows) * static_cast<double>(header.columns);
-  constexpr double no_disk_holds = 1e15;  // below it, products of sizes do not overflow
+  constexpr double no_disk_holds = 1e15;  // limit that also keeps products of sizes from overflow
   if (numbers > no_disk_holds) {
     throw DataError(path, "the .npy file is cut short");
   }
-  // If the array has few long rows, each row is a series of samples.
+  // If the array has a few long rows, each row is a series of samples.
   constexpr std::size_t most_series = 64;
   const bool is_transposed =
       header.names.empty() && (header.columns > most_columns ||

@@ -15,29 +15,30 @@ namespace axiscal {
 
 /// A file whose format is known: a table of text, a table of numbers, or a decoder of series.
 struct OpenedFile {
-  std::string format;                      ///< empty for a table of text until read_table()
-  std::string table_name;                  ///< name of the table, usually stem_of() its file
-  std::optional<ByteSource> text;          ///< a table of text, UTF-8 or Latin-1
+  std::string format;                      ///< read_table() sets it for a table of text
+  std::string table_name;                  ///< name of the table, usually stem_of() of the path
+  std::optional<ByteSource> text;          ///< a table of text in UTF-8 or Latin-1
   std::unique_ptr<LogFile::Source> table;  ///< a table of numbers
   DecoderPointer decoder;                  ///< decoder of a file that is not a table
 
   [[nodiscard]] bool is_table() const { return decoder == nullptr; }
 };
 
-/// Reads the start of a table of text, to find its columns and its format.
+/// Reads the start of a table of text to find its columns and its format. For a table of numbers,
+/// it only sets the names of the columns.
 /// @param names  names of columns without a header; may be empty.
 /// @throws DataError  if the text does not contain a row of numbers.
 void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 
-/// Recognises a file by its content, and opens it.
-/// @throws DataError  for the reasons of RecordingFile's constructor.
+/// Recognises the format of a file by its content, and opens the file.
+/// @throws DataError  for the same reasons as RecordingFile's constructor.
 [[nodiscard]] OpenedFile open_recording(const std::string& path, const ReadLimits& limits = {});
 
 /// Recognises the format of bytes from an open file or a part of an archive, and opens them.
-/// @throws DataError  for the reasons of RecordingFile's constructor.
+/// @throws DataError  for the same reasons as RecordingFile's constructor.
 [[nodiscard]] OpenedFile open_recording(ByteSource bytes);
 
-/// Converts a table to series: columns of one kind and unit form one series.
+/// Converts a table to series. Columns of the same kind and unit form one series.
 /// @param opened  a table for which read_table() was called.
 [[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
 
@@ -55,29 +56,32 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
                                   const std::string& name,
                                   const ReadBudget& budget);
 
-/// @return several recordings as one that contains the series of all of them.
+/// @return one recording that contains the series of all `parts`.
 [[nodiscard]] OpenedFile joined_recordings(std::vector<OpenedFile> parts);
 
-/// @return the bytes of a text in memory.
+/// @return a source whose bytes are a text in memory.
 [[nodiscard]] ByteSource bytes_of_text(const std::string& path,
                                        std::string text,
                                        const ReadBudget& budget);
 
-/// Opens JSON as a table of text: a list of records, one record per line, or an object of columns.
+/// Opens JSON as a table of text. The JSON is a list of records, consists of lines with one record
+/// each, or is an object with one list for each column.
 [[nodiscard]] OpenedFile open_json(ByteSource bytes);
 
-/// Converts the output of Arduino sketches, `X: 1.5 Y: -2 Z: 3`, and lines with the prefix of a
-/// serial monitor, `14:08:06.818 -> 1.5,-2,3`, to a table with commas. Other text stays unchanged.
+/// Converts lines that Arduino sketches print, such as `X: 1.5 Y: -2 Z: 3`, and lines with the time
+/// stamp of a serial monitor, such as `14:08:06.818 -> 1.5,-2,3`, to CSV. Other text stays
+/// unchanged.
 [[nodiscard]] ByteSource printed_lines_as_table(ByteSource bytes);
 
-/// @return the first sheet of a workbook that contains numbers, as text with commas.
-/// @param part  returns the content of a part of the archive; empty if there is no such part.
+/// @return the first sheet with numbers of a workbook, as CSV.
+/// @param part  function that returns the content of a part of the workbook's archive by its name.
+///              It returns an empty text if there is no such part.
 [[nodiscard]] std::string csv_of_workbook(
     const std::string& name,
     const std::function<std::string(const std::string& part)>& part,
     const ReadBudget& budget);
 
-/// A temporary copy of a source that can be read only once.
+/// A temporary file with a copy of the bytes of a source that can be read only once.
 class SpooledFile {
  public:
   /// @param name  name of the source, for messages.
@@ -105,18 +109,17 @@ class ReopenableFile {
       : path_(std::move(path)), limits_(limits) {}
 
   /// Opens the file from its start.
-  /// @throws DataError  for the reasons of open_recording().
+  /// @throws DataError  for the same reasons as open_recording().
   [[nodiscard]] OpenedFile open();
 
-  /// Declares that the file will not be opened again, so that the bytes of a pipe are no longer
-  /// copied.
+  /// States that open() will not be called again. The bytes of a pipe are then no longer copied.
   void disable_reopening();
 
  private:
   struct Pipe;
   std::string path_;
   ReadLimits limits_;
-  std::shared_ptr<Pipe> pipe_;  // the pipe and its copy, after the first open(); null for a file
+  std::shared_ptr<Pipe> pipe_;  // null before the first open(), and if the file is not a pipe
 };
 
 /// @return the name of the file without its folder and its ending.

@@ -33,8 +33,8 @@ Outcome ask_another_process(const std::string& path, const char* format, const R
   return outcome;
 }
 
-// Parses the answer of the program. Its content is not trusted, because a damaged file may have
-// disturbed the program.
+// Parses the answer of the program axiscal-read. The answer is not trusted, because a damaged file
+// may have caused the program to fail.
 class Answer {
  public:
   explicit Answer(std::string_view text) : rest_(text) {}

@@ -11,11 +11,12 @@ namespace axiscal {
 
 inline constexpr OwnProgram reader_program{.name = "axiscal-read", .package = "axiscal-hdf5"};
 
-/// Reads a file with the program axiscal-read (logs/reader), because its libraries are not safe
-/// with damaged files. The memory and the time of the program are limited.
+/// Reads a file with the program axiscal-read (logs/reader). It runs as another process with
+/// limited memory and time, because the libraries for these formats are not safe with damaged
+/// files.
 ///
-/// @param path    path by which the file can be opened.
-/// @param name    name of the file, for messages.
+/// @param path    path at which the file can be opened; it may be a temporary copy.
+/// @param name    original name of the file, for messages.
 /// @param format  "mat73" or "hdf5".
 /// @return the table with the most numbers in the file.
 /// @throws DataError   if the file is damaged.

@@ -16,14 +16,16 @@
 namespace axiscal {
 namespace {
 
-// Pairs of a name and a number, and the unit at the end of the line: "X: 1.5 Y: -2 Z: 3 mg".
+// The parts of a line such as "X: 1.5 Y: -2 Z: 3 mg": pairs of a name and a number, and the unit at
+// the end of the line.
 struct Pairs {
   std::vector<std::string> names;
   std::vector<double> values;
   std::string unit;
 };
 
-// In "Accel X: 1 Y: 2 Z: 3" the word before the first axis applies to all axes.
+// Adds the word before the first axis to the names of all axes: in "Accel X: 1 Y: 2 Z: 3" it is
+// "Accel".
 void name_by_first(std::vector<std::string>& names) {
   if (names.size() < 2 || names.front().size() < 3) {
     return;
@@ -63,7 +65,7 @@ bool read_pairs(std::string_view line, Pairs& pairs) {
     }
     std::string_view name = trimmed(line.substr(at, mark - at));
     if (!names.empty() && name.find(' ') != std::string_view::npos) {
-      name = trimmed(name.substr(name.rfind(' ')));  // removes the unit of the number before it
+      name = trimmed(name.substr(name.rfind(' ')));  // removes the unit of the previous number
     }
     if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) {
       return false;
@@ -106,8 +108,8 @@ std::string_view behind_arrow(std::string_view line) {
   return at == std::string_view::npos ? line : line.substr(at + arrow.size());
 }
 
-// The names and the unit of a line that a sketch prints repeatedly: "gx = 0.06 gy = -1.69 gz = 0.39
-// deg/s".
+// A kind of line that a sketch prints repeatedly, such as "gx = 0.06 gy = -1.69 gz = 0.39 deg/s":
+// its names, its unit and the number of such lines.
 struct PrintedLine {
   std::vector<std::string> names;
   std::string unit;
@@ -152,7 +154,7 @@ std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, st
   return lines;
 }
 
-// Joins the lines of a sample to one row, which replaces the last of these lines.
+// Joins the lines of one sample to a row of the table. The row replaces the last of these lines.
 class RowOfLines {
  public:
   explicit RowOfLines(std::vector<PrintedLine> lines)
@@ -206,7 +208,7 @@ class RowOfLines {
   }
 
   std::vector<PrintedLine> lines_;
-  std::vector<std::string> cells_;  // values of each line of a sample; empty if it is missing
+  std::vector<std::string> cells_;  // values of each line of a sample; empty if missing
   std::string stamp_;
   bool has_header_ = false;
   Pairs pairs_;
@@ -230,8 +232,9 @@ ByteSource printed_lines_as_table(ByteSource bytes) {
   for (const PrintedLine& line : lines) {
     own += line.count;
   }
-  // Sketches may print other lines between the samples. If a sample consists of several lines of
-  // pairs, a quarter of all lines must be lines of pairs. If it is one line, more than half.
+  // Sketches may print other lines between the samples. At least a quarter of all lines must be
+  // lines of pairs if a sample consists of several lines, and more than half if it consists of one
+  // line.
   if (own > 0 && (lines.size() > 1 ? 3 * own >= others : own > others)) {
     return pairs_as_table(std::move(bytes), std::move(lines));
   }

@@ -17,8 +17,8 @@ class LimitError : public DataError {
   using DataError::DataError;
 };
 
-/// The budget for reading a file. A reader spends each cost before it causes the cost. The parts of
-/// an archive share the archive's budget, and copies of a budget share one account.
+/// The amounts of each ReadCost that reading a file may still cause. A reader calls spend() before
+/// it causes a cost. Copies of a budget share one account, and so do the parts of an archive.
 class ReadBudget {
  public:
   /// @param path  path of the file, for messages.
@@ -27,7 +27,7 @@ class ReadBudget {
   /// Adds `count` bytes to the known size of the file.
   void add_file_bytes(std::size_t count) const;
 
-  /// Adds an amount to a cost.
+  /// Adds an amount to the total of a cost.
   /// @throws LimitError  if the total cost is now more than its limit; the message names the limit.
   void spend(ReadCost cost, double amount) const;
   void spend(ReadCost cost, std::size_t amount) const { spend(cost, static_cast<double>(amount)); }
@@ -36,12 +36,12 @@ class ReadBudget {
   /// @throws LimitError  if `amount` is more than left().
   void check(ReadCost cost, double amount) const;
 
-  /// Spends an amount like spend(), but does not throw. Callbacks of C libraries use it.
+  /// Spends an amount like spend(), but does not throw. It is for callbacks of C libraries.
   /// @return true if the total cost is within its limit.
   [[nodiscard]] bool may_spend(ReadCost cost, double amount) const noexcept;
 
-  /// @return the same budget with a nesting that is one level deeper, for a part of an archive or
-  ///         the content of a compressed file.
+  /// @return a budget with the same account and a nesting that is one level deeper. It is used for
+  ///         a part of an archive or the content of a compressed file.
   /// @throws LimitError  if the nesting is too deep.
   [[nodiscard]] ReadBudget within() const;
 
@@ -50,7 +50,8 @@ class ReadBudget {
 
   [[nodiscard]] double file_bytes() const noexcept;
 
-  /// @throws LimitError
+  /// Reports that the limit of a cost is exceeded.
+  /// @throws LimitError  always.
   [[noreturn]] void fail(ReadCost cost) const;
 
  private:

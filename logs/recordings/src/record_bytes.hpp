@@ -16,8 +16,8 @@
 
 namespace axiscal {
 
-/// Reads the numbers of a record one after another, little-endian. After the end of the record all
-/// numbers are 0, and ok() is false.
+/// Reads the little-endian numbers of a record one after another. If a number lies beyond the end
+/// of the record, it is returned as 0, and ok() becomes false.
 class RecordBytes {
  public:
   explicit RecordBytes(std::string_view bytes) : bytes_(bytes) {}
@@ -83,7 +83,7 @@ class RecordStream {
   explicit RecordStream(ByteSource bytes) : bytes_(std::move(bytes)) {}
 
   /// @return the next bytes without consuming them; fewer at the end. They are valid until the next
-  ///         call. The memory grows with the bytes read, not with `size`.
+  ///         call. The memory used depends on the number of bytes read, not on `size`.
   [[nodiscard]] std::string_view peek(std::size_t size) {
     while (filled_ - begin_ < size && !ended_) {
       read_more(size);

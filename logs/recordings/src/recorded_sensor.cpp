@@ -11,14 +11,14 @@
 namespace axiscal {
 namespace {
 
-// PX4's topics sensor_combined and vehicle_.. contain readings that PX4's parameters have
-// corrected.
+// @return true if the readings of a series were already corrected with PX4's parameters. This is so
+//         in the topics sensor_combined and vehicle_..
 bool is_corrected(const RecordingSummary& summary, const Series& series) {
   return summary.format == "ulog" &&
          (series.name == "sensor_combined" || series.name.starts_with("vehicle_"));
 }
 
-// The device id of a sensor in the parameters of PX4 or ArduPilot.
+// @return the device id of a sensor according to the log of PX4 or ArduPilot; empty if not known.
 std::string device_of(const RecordingSummary& summary, const RecordedSensor& sensor) {
   const Series& series = summary.series[sensor.series].series;
   const auto fact = [&](const std::string& name) {
@@ -107,7 +107,8 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
                             .rate_hz = one.rate_hz,
                             .samples = one.samples,
                             .is_corrected = is_corrected(summary, one.series)};
-      // The names of the columns determine their axes. Without such names the order is x, y, z.
+      // The names of the columns determine their axes. Otherwise the axes are x, y, z in this
+      // order.
       sensor.places = {0, 1, 2};
       std::array<std::optional<std::size_t>, 3> axes{};
       for (std::size_t c = 0; c < 3; ++c) {
@@ -148,7 +149,7 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
     for (std::size_t i = 0; i < found.size(); ++i) {
       found[i].number = static_cast<int>(i);
       found[i].device = device_of(summary, found[i]);
-      // Constant sensors are left out after numbering, so that they do not change other numbers.
+      // Constant sensors are left out only after numbering, so that the others keep their numbers.
       if (!is_constant(summary.series[found[i].series])) {
         sensors.push_back(std::move(found[i]));
       }

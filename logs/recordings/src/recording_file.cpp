@@ -28,7 +28,8 @@ namespace {
 
 using namespace std::string_view_literals;
 
-// @return the program that wrote a table, according to its columns.
+// @return the program that wrote a table, recognised by the names of its columns; "table" if it is
+//         not known.
 std::string format_of_table(const std::vector<std::string>& columns) {
   const auto has = [&](std::string_view part) {
     return std::any_of(columns.begin(), columns.end(), [&](const std::string& name) {
@@ -131,19 +132,19 @@ void copy_rest(Bytes& bytes, SpooledFile& copy) {
   }
 }
 
-// A budget for copies that are no larger than their original.
+// @return a budget without a limit on disk space, for copies no larger than their original.
 ReadBudget unlimited_disk(const std::string& path) {
   ReadLimits limits;
   limits.set(ReadCost::disk, std::numeric_limits<double>::infinity());
   return ReadBudget(path, limits);
 }
 
-// States whether the name of a temporary copy is removed before or after a library opens it.
-// Libraries that resolve symbolic links, such as SQLite, need the name to open the file.
+// When the name of a temporary copy is removed from its folder: before or after a library opens the
+// copy. Libraries that resolve symbolic links, such as SQLite, need the name to open it.
 enum class UnlinkTime { before, after };
 
-// Opens a format whose reader needs a regular file. Bytes from another source are first copied to a
-// temporary file.
+// Opens a file whose reader needs a regular file. Other bytes, for example those of a pipe, are
+// first copied to a temporary file.
 template <typename Open>
 OpenedFile with_file(ByteSource bytes, UnlinkTime name_goes, const Open& open) {
   const std::string path = bytes.path();
@@ -207,7 +208,7 @@ void SpooledFile::write(const char* buffer, std::size_t size) {
 
 struct ReopenableFile::Pipe {
   InputFile file;
-  std::shared_ptr<SpooledFile> copy;  // null if the pipe is read only once
+  std::shared_ptr<SpooledFile> copy;  // null after disable_reopening()
 };
 
 void ReopenableFile::disable_reopening() {

@@ -16,11 +16,11 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t longest_array = 16;  // the numbers of longer arrays are skipped
+constexpr std::size_t longest_array = 16;  // longer arrays are skipped
 constexpr std::size_t most_columns = 4096;
 constexpr std::size_t most_types = 256;
-constexpr int deepest = 12;           // depth of messages within messages
-constexpr double name_steps = 100.0;  // cost of a column's name, in ReadCost::steps
+constexpr int deepest = 12;           // largest depth of messages within messages
+constexpr double name_steps = 100.0;  // cost of naming a column, in units of ReadCost::steps
 
 struct NumberType {
   std::string_view name;
@@ -67,8 +67,8 @@ std::size_t size_of(char letter) {
   return found == number_types.end() ? 1 : found->size;
 }
 
-// Definitions of messages of ROS itself, for bags without definitions: the types and names of their
-// fields (common_interfaces, Apache-2.0).
+// Definitions of common ROS messages, for bags that contain no definitions (from ROS's
+// common_interfaces, Apache-2.0). Each line of a definition is the type and the name of a field.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 18> usual_types = {{
     {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id"},
     {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec"},
@@ -107,8 +107,8 @@ std::string plain_name(std::string_view name) {
   return plain;
 }
 
-// Splits a definition into the text of the type, and the texts of other types. Each of these
-// follows a line of "=" and a line "MSG: pkg/Type".
+// Splits the definition of a message into the text for its own type and the texts for other types.
+// The text for another type begins after a line of "=" and a line "MSG: pkg/Type".
 std::map<std::string, std::string> texts_of(const std::string& name, std::string_view definition) {
   std::map<std::string, std::string> texts;
   if (definition.find_first_not_of(" \t\r\n") == std::string_view::npos) {
@@ -138,7 +138,7 @@ std::string_view package_of(std::string_view name) {
   return name.substr(0, name.find('/'));
 }
 
-// The texts that add_message_definitions() has read, by "package/Type".
+// @return the texts that add_message_definitions() has read, by their names "package/Type".
 std::map<std::string, std::string>& added_definitions() {
   static std::map<std::string, std::string> definitions;
   return definitions;
@@ -182,7 +182,7 @@ std::optional<RosMessageType> RosMessageType::parse(const std::string& name,
   type.name_ = plain_name(name);
   std::map<std::string, std::string> texts = texts_of(type.name_, definition);
   texts.insert(added_definitions().begin(),
-               added_definitions().end());  // definitions in the file have priority
+               added_definitions().end());  // insert() keeps definitions from the file
   if (!type.add_type(type.name_, texts, 0)) {
     return std::nullopt;
   }
@@ -254,7 +254,7 @@ bool RosMessageType::add_type(const std::string& name,
       if (known != types_.end()) {
         field.type = static_cast<std::size_t>(known - types_.begin());
         if (std::find(open_.begin(), open_.end(), field.type) != open_.end()) {
-          return false;  // the type contains itself
+          return false;  // a type must not contain itself
         }
       } else {
         field.type = types_.size();
@@ -292,13 +292,13 @@ void RosMessageType::name_columns(std::size_t type, const std::string& prefix, i
   }
 }
 
-// Reads a message, and keeps the values of the columns.
+// Reads the fields of a message, and stores the values of the columns in `to`.
 struct RosMessageType::Walk {
   const RosMessageType& type;
   RecordBytes bytes;
   RosWire wire;
   Decoded& to;
-  std::size_t origin = 0;  // position from which CDR counts alignment
+  std::size_t origin = 0;  // position from which alignment is counted in CDR
 
   template <typename Number>
   double number() {
@@ -417,7 +417,7 @@ bool RosMessageType::decode(std::string_view message, RosWire wire, Decoded& to)
   to.stamp_s.reset();
   Walk walk{.type = *this, .bytes = RecordBytes(message), .wire = wire, .to = to};
   if (wire == RosWire::cdr) {
-    constexpr std::size_t encapsulation = 4;  // 00 01: little-endian, 00 00: big-endian
+    constexpr std::size_t encapsulation = 4;  // begins with 00 01 if little-endian, else 00 00
     if (message.size() < encapsulation || message[1] != '\1') {
       return false;
     }
@@ -457,7 +457,7 @@ RosTopic::RosTopic(std::string topic,
     if (message == "geometry_msgs/Vector3Stamped" && column.starts_with("vector.")) {
       return Series{.kind = sensor_kind_in(topic_), .known_by = KnownBy::names};
     }
-    // Usual messages within other messages: "imu.linear_acceleration.x".
+    // Common messages may be part of other messages: "imu.linear_acceleration.x".
     const auto holds = [&](std::string_view name) {
       return column.find(name) != std::string::npos;
     };

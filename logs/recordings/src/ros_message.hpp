@@ -13,7 +13,7 @@
 
 namespace axiscal {
 
-/// The layout of the numbers in a message: ROS 1 (packed) or ROS 2's CDR (aligned).
+/// The layout of the numbers in a message: packed in ROS 1, aligned in ROS 2 (CDR).
 enum class RosWire { packed, cdr };
 
 /// A message type of ROS, parsed from its definition (wiki.ros.org/msg; docs.ros.org,
@@ -21,25 +21,26 @@ enum class RosWire { packed, cdr };
 class RosMessageType {
  public:
   /// @param name        "sensor_msgs/Imu" or "sensor_msgs/msg/Imu".
-  /// @param definition  text of the type and of the types that it contains, separated by lines of
-  ///                    `=`. A type that it lacks is looked up in add_message_definitions(), and
-  ///                    then among the usual sensor messages.
+  /// @param definition  definitions of the type and of the types that it contains, separated by
+  ///                    lines of `=`. A missing type is looked up among the definitions that were
+  ///                    read by add_message_definitions(), and then among common ROS messages.
   /// @return nullopt if a type is unknown or the text cannot be parsed.
-  /// @throws LimitError  if the nested types exceed a limit of the file. decode() also throws it.
+  /// @throws LimitError  if nested types make the cost of reading exceed a limit. decode() also
+  ///                     throws it.
   [[nodiscard]] static std::optional<RosMessageType> parse(const std::string& name,
                                                            std::string_view definition,
                                                            ReadBudget budget);
 
-  /// @return the names of its numbers, "angular_velocity.x", "orientation_covariance[0]", including
-  ///         those of arrays of up to 16 elements.
+  /// @return the names of the numbers in a message, such as "angular_velocity.x" and
+  ///         "orientation_covariance[0]". Arrays of more than 16 elements are left out.
   [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
 
-  /// @return "sensor_msgs/Imu": without "msg".
+  /// @return the name of the type without "msg": "sensor_msgs/Imu".
   [[nodiscard]] const std::string& name() const { return name_; }
 
   struct Decoded {
     std::vector<double> values;     ///< one for each column
-    std::optional<double> stamp_s;  ///< header.stamp, if it is not 0
+    std::optional<double> stamp_s;  ///< time in header.stamp [s]; nullopt if it is 0 or missing
   };
 
   /// @return false if the message does not match the type.
@@ -50,8 +51,8 @@ class RosMessageType {
   struct Field {
     std::string name;
     Kind kind = Kind::number;
-    char letter = 'd';     // type of a number: b B h H i I q Q f d
-    std::size_t type = 0;  // position in types_ of the type of a message
+    char letter = 'd';     // if kind is number, its type: b B h H i I q Q f d
+    std::size_t type = 0;  // if kind is message, the position of its type in types_
     bool is_array = false;
     std::optional<std::size_t> count;  // length of a fixed array; otherwise nullopt
   };
@@ -70,23 +71,24 @@ class RosMessageType {
   ReadBudget budget_;
   std::vector<Type> types_;
   std::vector<std::string> columns_;
-  std::vector<std::size_t> open_;  // positions of the types that add_type() is reading
+  std::vector<std::size_t> open_;  // the type that add_type() reads, and those that contain it
 };
 
-/// A topic of a bag. It converts messages to series.
+/// A topic of a bag. It converts the messages of the topic to series.
 class RosTopic {
  public:
   RosTopic() = default;
 
-  /// @param type        "sensor_msgs/Imu", ...
+  /// @param type        name of the message type, for example "sensor_msgs/Imu".
   /// @param definition  see RosMessageType::parse().
   RosTopic(std::string topic,
            const std::string& type,
            std::string_view definition,
            const ReadBudget& budget);
 
+  /// Passes a message on to the sink.
   /// @param time_s  time at which the message was recorded [s], used if it has no header stamp.
-  /// @param count   number of series that the sink contains; increased for a new series.
+  /// @param count   number of series in the sink; increased if the message begins new series.
   void put(
       SeriesSink& sink, std::string_view message, RosWire wire, double time_s, std::size_t& count);
 
@@ -103,7 +105,7 @@ class RosTopic {
   std::size_t damaged_ = 0;
 };
 
-/// @return notes about a bag's topics: topics without numbers, damaged messages.
+/// @return notes about topics without numbers and about damaged messages in a bag.
 [[nodiscard]] std::vector<std::string> notes_of(const std::vector<const RosTopic*>& topics);
 
 }  // namespace axiscal

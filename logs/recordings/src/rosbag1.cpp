@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ROS 1 bags, format 2.0 (wiki.ros.org/Bags/Format/2.0): each record consists of a header of
-// name=value fields and of data, and chunks contain records. The records are read in the order of
-// the file, without its index.
+// ROS 1 bags, format 2.0 (wiki.ros.org/Bags/Format/2.0). Each record consists of data and a header
+// with fields name=value. Records of the type chunk contain further records. The file is read from
+// its start to its end, and its index is ignored.
 #include <map>
 #include <optional>
 #include <string>

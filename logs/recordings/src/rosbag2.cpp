@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ROS 2 bags in SQLite (github.com/ros2/rosbag2, rosbag2_storage_sqlite3). Their tables are topics
-// and messages, and since Iron also message_definitions.
+// ROS 2 bags in SQLite (github.com/ros2/rosbag2, rosbag2_storage_sqlite3). The database has the
+// tables `topics` and `messages`, and since ROS 2 Iron also `message_definitions`.
 #include "axiscal/core/error.hpp"
 #include "core/formatted.hpp"
 #include "logs/recordings/src/series_decoder.hpp"
@@ -31,7 +31,8 @@ struct FinishStatement {
 };
 using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
-// The URI makes SQLite create no file next to the bag, not even the index of a write-ahead log.
+// @return a URI with which SQLite opens the bag without creating any file next to it, not even the
+//         index of a write-ahead log.
 std::string immutable_uri(const std::string& path) {
   std::string uri = "file:";
   for (const char c : path) {
@@ -59,7 +60,8 @@ class Rosbag2 final : public RecordingFile::Decoder {
     sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_exec(database, "PRAGMA cell_size_check=ON", nullptr, nullptr, nullptr);
-    // No value in the file is longer than the file, but an expression could create one.
+    // No value in the file is longer than the file. The limit stops SQL expressions that would
+    // create longer ones.
     constexpr double shortest = 1U << 20U, longest = 1U << 30U;
     sqlite3_limit(database, SQLITE_LIMIT_LENGTH,
                   static_cast<int>(std::clamp(budget_.file_bytes(), shortest, longest)));
@@ -103,7 +105,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
     using namespace std::string_view_literals;
     std::string_view message(data, static_cast<std::size_t>(size));
     std::optional<std::string> unpacked;
-    if (message.starts_with("\x28\xb5\x2f\xfd"sv)) {  // compression mode MESSAGE
+    if (message.starts_with("\x28\xb5\x2f\xfd"sv)) {  // single messages are compressed
       unpacked = unpack_zstd(message, budget_);
       message = unpacked ? std::string_view(*unpacked) : ""sv;
     }
@@ -129,7 +131,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
  private:
   static constexpr int steps_at_once = 10000;
 
-  // Counts steps of SQLite's virtual machine, because a damaged index or a view can make it loop.
+  // Counts steps of SQLite's virtual machine. A damaged index or a view can cause an endless loop.
   static int spend_steps(void* self) {
     return static_cast<Rosbag2*>(self)->budget_.may_spend(ReadCost::steps, steps_at_once) ? 0 : 1;
   }
@@ -144,7 +146,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
 
   [[noreturn]] void fail(const std::string& why) const { throw DataError(name_, why); }
 
-  // Refuses a view instead of a table, because the query of a view may never end.
+  // Refuses a file in which `table` is missing or is a view, whose query may never end.
   void require_table(const char* table) {
     const Statement found = prepare(
         formatted("SELECT 1 FROM sqlite_master WHERE name = '{}' AND type = 'table' AND sql LIKE "

@@ -15,9 +15,9 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t fewest_rows = 50;  // fewest rows from which a quantity is recognised
+constexpr std::size_t fewest_rows = 50;  // rows needed to recognise columns by their values
 
-// True if a column never falls and mostly rises, as times do.
+// True if a column never decreases, and increases at more than a quarter of the rows, like times.
 bool ascends(const std::vector<double>& values) {
   std::size_t up = 0;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -29,7 +29,7 @@ bool ascends(const std::vector<double>& values) {
   return values.size() >= fewest_rows && 4 * up > values.size();
 }
 
-// True if a column is a time or a counter: it rises in even steps.
+// True if a column increases in even steps, like times or a counter.
 bool ascends_evenly(const std::vector<double>& values) {
   if (!ascends(values)) {
     return false;
@@ -49,16 +49,16 @@ double length_of(const LogBlock& block, std::size_t first, std::size_t row) {
   return std::hypot(block[first][row], block[first + 1][row], block[first + 2][row]);
 }
 
-// Statistics of the lengths of the vectors in three columns: `middle` is the median length, and
-// `spread` is the median of |length - middle| / middle.
+// Statistics of the magnitudes of the vectors whose components are three columns: `middle` is the
+// median magnitude, and `spread` is the median of |magnitude - middle| / middle.
 struct Lengths {
   double middle = 0.0;
   double spread = 1.0;
-  // True if the vectors pointed in several directions. A steady length in one direction does not
-  // show the quantity.
+  // True if the vectors pointed in several directions. If they point in one direction, a constant
+  // magnitude does not show which quantity they are.
   bool has_turned = false;
 
-  // True for unit vectors, for example of a filter or a sun sensor.
+  // True for unit vectors, for example normalised directions from a filter or a sun sensor.
   [[nodiscard]] bool are_normalised() const {
     constexpr double exactly = 1e-3;
     return std::abs(middle - 1.0) < exactly && spread < exactly;
@@ -67,7 +67,7 @@ struct Lengths {
 
 Lengths lengths_of(const LogBlock& block, std::size_t first) {
   std::vector<double> lengths;
-  std::array<std::array<double, 3>, 3> directions{};  // sum of u u^T
+  std::array<std::array<double, 3>, 3> directions{};  // sum of u u^T, u: unit vector
   double turned = 0.0;
   for (std::size_t row = 0; row < block[first].size(); ++row) {
     const double length = length_of(block, first, row);
@@ -105,7 +105,8 @@ Lengths lengths_of(const LogBlock& block, std::size_t first) {
           .has_turned = concentration < about_one_line};
 }
 
-// @return the unit in which the lengths are those of gravity; empty if there is no such unit.
+// @return the unit in which the median magnitude is that of gravity; empty if there is no such
+//         unit.
 std::string gravity_unit(const Lengths& lengths) {
   constexpr double g0 = 9.80665;
   constexpr double within = 0.06;
@@ -117,8 +118,8 @@ std::string gravity_unit(const Lengths& lengths) {
   return is(g0) ? "m/s^2" : is(1.0) ? "g" : is(1000.0) ? "mg" : "";
 }
 
-// @return the unit in which the median length is 20 to 80 uT, which includes the geomagnetic field
-//         (22 to 67 uT); empty if there is no such unit.
+// @return the unit in which the median magnitude is 20 to 80 uT, which includes the geomagnetic
+//         field (22 to 67 uT); empty if there is no such unit.
 std::string magnetic_unit(const Lengths& lengths) {
   struct Unit {
     const char* name;
@@ -147,11 +148,11 @@ double dot(const Vector& a, const Vector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// Tests whether three columns are the rates of a gyroscope. If they are, they explain the changes
-// of gravity: d(up)/dt = -rate x up. The changes are computed over `step` samples, because the
-// noise of neighbouring samples hides a slow turn.
-// @return the correlation between the measured changes and -rate x up, -1 to 1; 0 if gravity or
-//         rates do not change.
+// Tests whether three columns are the rates of a gyroscope. The rates of a gyroscope explain how
+// the measured gravity changes: d(up)/dt = -rate x up. The changes are computed over `step`
+// samples, because the noise of neighbouring samples hides a slow turn.
+// @return the correlation between the measured changes and -rate x up, -1 to 1; 0 if gravity does
+//         not change, or if the rates would not change it.
 double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates, std::size_t step) {
   double product = 0.0;
   double changes = 0.0;
@@ -182,8 +183,8 @@ double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates,
   return changes > 0.0 && turns > 0.0 ? product / std::sqrt(changes * turns) : 0.0;
 }
 
-// @return a name without its number, "accelBuffer" for "accelBuffer_2"; empty if the name has no
-//         number.
+// @return a name without the underscore and the number at its end, "accelBuffer" for
+//         "accelBuffer_2"; empty if the name does not end with a number.
 std::string_view stem_of_part(std::string_view name) {
   const std::size_t end = name.find_last_not_of("0123456789");
   if (end == std::string_view::npos || end + 1 == name.size() || name[end] != '_') {
@@ -294,7 +295,7 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (!has_names) {
     recognise_matrices(names, block, columns);
   }
-  // The length of gravity shows the unit of an accelerometer if no unit is stated.
+  // If no unit of an accelerometer is stated, the magnitude of gravity shows it.
   for (std::size_t c = 0; c + 2 < names.size(); ++c) {
     Series& series = columns.series[c];
     const auto same = [&](std::size_t other) {
@@ -309,8 +310,9 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
       c += 2;
     }
   }
-  // In Sensor Logger's files, columns are not recognised by their numbers, with one exception:
-  // Accelerometer.csv usually excludes gravity, but is used if its numbers include gravity.
+  // In files of the app Sensor Logger, columns are not recognised by their values, with one
+  // exception. Accelerometer.csv usually excludes gravity, but is used if its values include
+  // gravity.
   const bool is_of_phone = std::find(names.begin(), names.end(), "seconds_elapsed") != names.end();
   for (std::size_t c = 0; is_of_phone && table == "Accelerometer" && c + 2 < names.size(); ++c) {
     const bool are_axes =
@@ -325,7 +327,7 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (has(SeriesKind::accelerometer) || has_names || is_of_phone) {
     return columns;
   }
-  // From here on, columns are recognised only by their numbers.
+  // From here on, columns are recognised only by their values.
   if (!columns.time && !names.empty() && ascends_evenly(block[0])) {
     columns.time = 0;
   }
@@ -337,8 +339,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   const auto three_free = [&](std::size_t c) {
     return c + 2 < names.size() && is_free(c) && is_free(c + 1) && is_free(c + 2);
   };
-  // Of several possible triples of columns, the one with the steadiest length is chosen. A triple
-  // that contains columns of two sensors is less steady.
+  // Of several possible triples of columns, the one whose magnitude varies least is chosen. The
+  // magnitude varies more if a triple contains columns of two sensors.
   struct Candidate {
     std::size_t first = 0;
     std::string unit;
@@ -381,8 +383,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (rates) {
     set(columns, *rates, {.kind = SeriesKind::gyroscope, .known_by = KnownBy::data});
   }
-  // If no accelerometer is found, a magnetometer that was turned is recognised: the length of its
-  // vector is constant, and is that of the Earth's field in a usual unit.
+  // If no accelerometer is found, a magnetometer that was turned is recognised. The magnitude of
+  // its readings is constant, and is that of the Earth's field in a common unit.
   if (const std::optional<Candidate> found = gravity ? std::nullopt : steadiest(magnetic_unit)) {
     set(columns, found->first,
         {.kind = SeriesKind::magnetometer, .unit = found->unit, .known_by = KnownBy::data});

@@ -11,7 +11,7 @@ namespace axiscal {
 namespace {
 
 struct UnitName {
-  std::string_view written;  // lower case, without blanks
+  std::string_view written;  // spelling in lower case and without blanks
   KnownUnit unit;
 };
 
@@ -110,7 +110,7 @@ bool is_digits(std::string_view text) {
                                       [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-// "a_x" -> "ax", "x-axis" -> "x".
+// Removes the word "axis" and separators from a name: "a_x" becomes "ax", "x-axis" becomes "x".
 std::string letters_of_axis(std::string small) {
   const std::size_t axis = small.find("axis");
   if (axis != std::string::npos) {
@@ -120,8 +120,9 @@ std::string letters_of_axis(std::string small) {
   return small;
 }
 
-// @return true for the names of quantities that a calibration cannot use: accelerations without
-//         gravity, as phones and filters provide them, and gravity that a filter has computed.
+// @return true if a name is that of a quantity that a calibration cannot use. These are
+//         accelerations without gravity, which phones and filters compute, and gravity computed by
+//         a filter.
 bool is_without_gravity(std::string_view small) {
   const bool has_it = contains(small, "including") || contains(small, "with_gravity") ||
                       contains(small, "with gravity") || contains(small, "withgravity");
@@ -168,10 +169,10 @@ std::optional<KnownUnit> unit_within(std::string_view name, SeriesKind kind) {
   return std::nullopt;
 }
 
-// @return the unit that the program that wrote the table documents but does not write; empty if it
-//         is not known. The column in brackets shows the program: ArduPilot's messages as CSV
-//         ("TimeUS"), Xsens's exports ("PacketCounter"), Sensor Logger ("seconds_elapsed"), and
-//         rostopic echo ("%time").
+// @return the unit of a column that the table does not state, but that is documented for the
+//         program that wrote the table; empty if it is not known. The program is recognised by a
+//         column: "TimeUS" for ArduPilot's messages as CSV, "PacketCounter" for Xsens's exports,
+//         "seconds_elapsed" for Sensor Logger, and "%time" for rostopic echo.
 std::string unit_of_writer(const std::vector<std::string>& columns,
                            std::string_view table,
                            std::string_view name,
@@ -196,8 +197,8 @@ std::string unit_of_writer(const std::vector<std::string>& columns,
     return name.starts_with("Acc_") ? "m/s^2" : name.starts_with("Gyr_") ? "rad/s" : "";
   }
   if (has("seconds_elapsed")) {
-    // An Android accelerometer is in m/s^2, and an iPhone's uncalibrated one is in g. The unit is
-    // therefore found later, from the numbers.
+    // The accelerometer of an Android phone is in m/s^2, and that of an iPhone is in g if it is
+    // uncalibrated. The unit is therefore found later, from the values.
     return kind == SeriesKind::gyroscope      ? "rad/s"
            : kind == SeriesKind::magnetometer ? "uT"
            : table == "TotalAcceleration"     ? "m/s^2"
@@ -303,8 +304,8 @@ NamedColumn named_column(std::string_view header) {
 
 namespace {
 
-// @return the quantity in one part of a name. The last known word determines it: "gyro_mag_x" is a
-//         magnetometer, and "acc_temp" is a temperature.
+// @return the kind of quantity that a part of a name states. The last known word determines it:
+//         "gyro_mag_x" is a magnetometer, and "acc_temp" is a temperature.
 SeriesKind kind_of_part(std::string_view small) {
   struct Word {
     std::string_view text;
@@ -354,7 +355,8 @@ SeriesKind sensor_kind_in(std::string_view words) {
   if (is_without_gravity(small) || contains(small, "accuracy")) {
     return SeriesKind::other;
   }
-  // The last part that contains a known word determines the kind: "Gyro.mag_x", "/imu/gyro/acc".
+  // The last part of the name that contains a known word determines the kind: "Gyro.mag_x" is a
+  // magnetometer, and "/imu/gyro/acc" is an accelerometer.
   std::string_view rest = small;
   for (;;) {
     const std::size_t at = rest.find_last_of("./");
@@ -374,7 +376,8 @@ std::optional<std::size_t> axis_of_name(std::string_view name) {
       return static_cast<std::size_t>(digit - '0');
     }
   }
-  // A letter at the end of the name, "x", "acc_x", "AccX", "ax", or at its beginning, "xacc".
+  // The letter may be at the end of the name, as in "x", "acc_x", "AccX" or "ax", or at its
+  // beginning, as in "xacc".
   const auto axis = [](char c) -> std::optional<std::size_t> {
     return c >= 'x' && c <= 'z' ? std::optional(static_cast<std::size_t>(c - 'x')) : std::nullopt;
   };
@@ -384,7 +387,7 @@ std::optional<std::size_t> axis_of_name(std::string_view name) {
   if (const auto last = axis(small.back())) {
     return last;
   }
-  // A letter that is enclosed by characters other than letters and digits: "accel_x_g",
+  // The letter may also be between characters other than letters and digits, as in "accel_x_g" or
   // "acc_x_raw".
   for (std::size_t i = 1; i + 1 < small.size(); ++i) {
     const bool alone = std::isalnum(static_cast<unsigned char>(small[i - 1])) == 0 &&
@@ -426,7 +429,8 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
       continue;
     }
     const bool is_axis = axis_of_name(small).has_value();
-    // Two letters after the last point have priority over the words before it: "Mag_Accel.mx".
+    // Two letters after the last point have priority over the words before it: "Mag_Accel.mx" is a
+    // magnetometer.
     const std::string last = small.substr(small.find_last_of("./") + 1);
     const std::string behind_point =
         last.size() < small.size() && last.size() == 2 ? letters_of_axis(last) : "";
@@ -435,14 +439,14 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
                       : behind_point.starts_with('m') ? SeriesKind::magnetometer
                                                       : sensor_kind_in(small);
     KnownBy by = KnownBy::names;
-    // Names of two letters are ax, a_x, gx or wx, mx, bx. Names of one letter are x, x-axis.
+    // Without separators, names such as ax, a_x, wx or bx have two letters; x or x-axis have one.
     const std::string letters = letters_of_axis(small);
     // Physics Toolbox calls its columns gFx, gFy, gFz.
     if (kind == SeriesKind::other && is_axis && letters.size() == 3 && letters.starts_with("gf")) {
       kind = SeriesKind::accelerometer;
     }
-    // tx, ty, tz are an accelerometer if wx exists. If qx exists, they are the positions of a
-    // trajectory.
+    // The columns tx, ty, tz are an accelerometer if there is a column wx. If there is a column qx,
+    // they are the positions of a trajectory.
     if (kind == SeriesKind::other && is_axis && letters.size() == 2 && letters[0] == 't' &&
         has_letters("wx") && !has_letters("qx")) {
       kind = SeriesKind::accelerometer;
@@ -457,7 +461,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
         (letters.size() == 1 || small == "field.vector." + small.substr(small.size() - 1))) {
       kind = kind_of_table;
     }
-    if (kind == SeriesKind::other && small == "t") {  // a temperature if its unit is one
+    if (kind == SeriesKind::other && small == "t") {  // a temperature if its unit is degC
       const bool is_temperature = known_unit(names[c].unit, SeriesKind::temperature).has_value() ||
                                   unit_of_writer(columns, table, names[c].name, kind) == "degC";
       kind = is_temperature ? SeriesKind::temperature : kind;
@@ -481,7 +485,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     }
     series = {.kind = kind, .unit = unit ? std::string(unit->name) : names[c].unit, .known_by = by};
   }
-  // Units that the program that wrote the table is known to use.
+  // Missing units are those that the program that wrote the table is known to use.
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (series_[c].kind != SeriesKind::other && series_[c].unit.empty()) {
       series_[c].unit = unit_of_writer(columns, table, names[c].name, series_[c].kind);

@@ -12,7 +12,8 @@
 
 namespace axiscal {
 
-/// The decoder of one format of recordings. It passes samples on, and does not store them.
+/// Base class of the decoders of recordings, with a decoder for each format. A decoder passes
+/// samples on, and does not store them.
 class RecordingFile::Decoder {
  public:
   Decoder() = default;
@@ -24,48 +25,51 @@ class RecordingFile::Decoder {
   /// @return false at the end.
   [[nodiscard]] virtual bool read(SeriesSink& sink) = 0;
 
-  /// @return notes on the damaged or skipped parts so far.
+  /// @return notes on the damaged or skipped parts that have been found so far.
   [[nodiscard]] virtual std::vector<std::string> notes() const { return notes_; }
 
   std::string format;
   std::map<std::string, std::string> facts;
-  std::shared_ptr<void> keep;  ///< keeps the temporary copy of the file that the decoder reads
+  std::shared_ptr<void> keep;  ///< owns the temporary copy that the decoder reads; may be null
 
  protected:
   std::vector<std::string> notes_;
 };
 
-/// The series in one type of message. Columns of one kind and unit form a series. A series of a
-/// sensor has at most three columns. A column without a known kind is `other`.
+/// The series into which the numbers of one type of message are split. Columns of the same kind and
+/// unit form a series. A series of a sensor has at most three columns. A column of unknown kind is
+/// `other`.
 class MessageSeries {
  public:
   struct Part {
     Series series;
-    std::vector<std::size_t> places;  ///< positions of its columns in the message
+    std::vector<std::size_t> places;  ///< positions of the series' columns in the message
     std::size_t number = 0;           ///< number of the series in the sink
   };
 
-  /// Returns kind, unit and known_by of a column; the kind may be `other`.
+  /// A function that returns a Series with kind, unit and known_by of a column. The kind may be
+  /// `other`.
   using Rule = std::function<Series(const std::string& column)>;
 
   MessageSeries() = default;
 
   /// @param name      name of the message.
-  /// @param columns   names of all its numbers except its time.
-  /// @param rule      returns kind, unit and known_by of a column.
+  /// @param instance  number that distinguishes messages of the same name.
+  /// @param columns   names of all numbers in the message except the time.
+  /// @param rule      gives kind, unit and known_by of a column.
   MessageSeries(const std::string& name,
                 int instance,
                 const std::vector<std::string>& columns,
                 const Rule& rule);
 
-  /// @param of_columns  kind, unit and known_by of each column.
+  /// @param of_columns  a Series for each column, in which kind, unit and known_by are used.
   MessageSeries(const std::string& name,
                 int instance,
                 const std::vector<std::string>& columns,
                 const std::vector<Series>& of_columns);
 
   /// Announces the series to a sink.
-  /// @param count  number of series in the sink; increased by those of the message.
+  /// @param count  number of series in the sink; increased by the number of these series.
   void announce(SeriesSink& sink, std::size_t& count);
 
   void put(SeriesSink& sink, double time_s, std::span<const double> message);
@@ -98,7 +102,7 @@ using DecoderPointer = std::unique_ptr<RecordingFile::Decoder>;
                                           const ReadBudget& budget);
 
 /// @param start  the first bytes of a file.
-/// @return true if the file has the format that the function's name states.
+/// @return true if the file has the format in the name of the function.
 [[nodiscard]] bool is_dataflash_text(std::string_view start);
 [[nodiscard]] bool is_mavlink_text(std::string_view start);
 [[nodiscard]] bool is_vectornav(std::string_view start);

@@ -23,7 +23,7 @@ bool is_whole(std::span<const double> values) {
 
 }  // namespace
 
-// Stores the samples of the selected series until all rows that need them are complete.
+// Stores the samples of the series that the table needs, until the rows that use them are complete.
 class SeriesLog::Sink final : public SeriesSink {
  public:
   Sink(std::size_t base, const std::vector<MergedColumn>& columns) : base_(base) {
@@ -61,7 +61,7 @@ class SeriesLog::Sink final : public SeriesSink {
   struct Queue {
     bool wanted = false;
     std::deque<Sample> samples;
-    double step_s = 0.0;  // usual step: a shorter step is adopted at once, a longer one slowly
+    double step_s = 0.0;  // usual time step; follows shorter steps at once, longer ones slowly
   };
 
   std::vector<Queue>& queues() { return queues_; }
@@ -127,13 +127,13 @@ bool SeriesLog::take_row(std::vector<double>& row) {
     if (queue.samples.empty()) {
       continue;
     }
-    if (!has_times) {  // the samples are combined in their order
+    if (!has_times) {  // without times, the n-th samples of all series form the n-th row
       row[c + 1] = queue.samples.front().values[column.place];
       continue;
     }
     const auto after = std::find_if(queue.samples.begin(), queue.samples.end(),
                                     [&](const Sample& sample) { return sample.time_s >= time_s; });
-    // A sample is used for rows within `longest` usual steps of it. Rows in a longer gap get NaN.
+    // A sample is used for rows that are at most `longest` usual steps away. Other rows get NaN.
     constexpr double longest = 8.0;
     const double reach = longest * queue.step_s;
     if (after == queue.samples.end()) {
@@ -157,8 +157,8 @@ bool SeriesLog::take_row(std::vector<double>& row) {
   if (has_begun_ || !has_times) {
     has_begun_ = true;
   } else {
-    // Sensors start some milliseconds apart. Rows in which a sensor is missing are dropped at the
-    // start, for at most one second.
+    // Sensors start some milliseconds apart. During the first second, rows in which a sensor is
+    // missing are therefore left out until the first complete row.
     constexpr double longest_wait_s = 1.0;
     first_s_ = std::isnan(first_s_) ? time_s : first_s_;
     has_begun_ = time_s - first_s_ > longest_wait_s ||

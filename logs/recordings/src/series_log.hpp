@@ -13,16 +13,16 @@
 
 namespace axiscal {
 
-/// A column of a table that is made of series.
+/// A column of a table that is made from several series.
 struct MergedColumn {
   std::string name;
-  std::size_t series = 0;  ///< number of its series in the recording
-  std::size_t place = 0;   ///< position of the column in its series
+  std::size_t series = 0;  ///< number of the series that contains the column
+  std::size_t place = 0;   ///< position of the column in this series
 };
 
-/// A table made of series of a recording. The rows are the samples of one series, and the other
-/// series are interpolated to their times. The memory is constant if the file interleaves the
-/// series.
+/// A table made from the series of a recording. The rows are the samples of one series, and the
+/// other series are interpolated to the times of these rows. The memory is constant if the series
+/// are interleaved in the file.
 class SeriesLog final : public LogFile::Source {
  public:
   /// @param base     number of the series whose samples are the rows.
@@ -43,7 +43,7 @@ class SeriesLog final : public LogFile::Source {
   std::vector<MergedColumn> merged_;
   std::vector<std::size_t> selected_;
   bool at_end_ = false;
-  bool has_begun_ = false;  // true after the first row with all series
+  bool has_begun_ = false;  // true after the first complete row, at the latest after one second
   double first_s_ = std::numeric_limits<double>::quiet_NaN();
 };
 

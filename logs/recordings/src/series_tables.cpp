@@ -12,7 +12,7 @@ void SeriesTables::add(const std::string& name,
                        std::size_t rows,
                        std::size_t columns,
                        const std::vector<double>& values) {
-  const bool transposed = rows < columns;  // samples along the second dimension
+  const bool transposed = rows < columns;  // each row is then a series of samples
   if (transposed) {
     std::swap(rows, columns);
   }

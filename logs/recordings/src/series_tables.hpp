@@ -11,17 +11,19 @@
 
 namespace axiscal {
 
-/// The numeric variables of a file. Variables with the same number of rows form one table.
+/// Tables that are made from the numeric variables of a file. Variables with the same number of
+/// rows form one table.
 class SeriesTables {
  public:
-  /// Adds a variable with the size rows x columns, whose values are stored column by column. If it
-  /// has fewer rows than columns, it is transposed.
+  /// Adds a variable of rows x columns numbers. If it has fewer rows than columns, it is
+  /// transposed.
+  /// @param values  the numbers, column by column.
   void add(const std::string& name,
            std::size_t rows,
            std::size_t columns,
            const std::vector<double>& values);
 
-  /// @return the table with the largest number of values, rows x columns.
+  /// @return the table with the largest number of values.
   /// @throws DataError  if there is no table with more than one row.
   [[nodiscard]] std::unique_ptr<LogFile::Source> largest(const std::string& path) &&;
 
@@ -30,11 +32,11 @@ class SeriesTables {
     LogBlock data;
   };
 
-  /// @return the names and data of largest().
+  /// @return the same table as largest(), as names and data.
   [[nodiscard]] Table take_largest(const std::string& path) &&;
 
  private:
-  std::map<std::size_t, Table> tables_;  // one for each number of rows
+  std::map<std::size_t, Table> tables_;  // tables by their number of rows
 };
 
 }  // namespace axiscal

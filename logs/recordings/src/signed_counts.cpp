@@ -10,13 +10,13 @@
 namespace axiscal {
 namespace {
 
-// Limits of printed counts, divided by 2^bits: positive counts are below the first limit, and
-// negative counts are at or above the second.
+// A count that was printed unsigned is positive if it is below the first limit, and negative if it
+// is at or above the second. Both limits are fractions of 2^bits.
 constexpr double positive_below = 0.375;
 constexpr double negative_from = 0.625;
 
 struct Counts {
-  bool are_counts = true;  // whole numbers of 0 or more
+  bool are_counts = true;  // true if all values are whole numbers of 0 or more
   double largest = 0.0;
   bool rises = false, falls = false;
 };
@@ -35,7 +35,7 @@ Counts counts_of(std::span<const double> values) {
   return counts;
 }
 
-// The fractions of the samples that are positive, negative, and between the two limits.
+// The fractions of the samples that are positive, negative, or between these limits.
 struct Shares {
   double positive = 0.0, negative = 0.0, between = 0.0;
 };

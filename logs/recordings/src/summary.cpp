@@ -31,7 +31,7 @@ struct Moments {
   }
 };
 
-// A histogram of the steps of times.
+// A histogram of the differences between successive times.
 class Steps {
  public:
   void add(double step_s) {
@@ -90,13 +90,13 @@ class Steps {
     }
     const double middle_s =
         std::exp2(smallest + (static_cast<double>(middle) + 1.0) / bins_an_octave);
-    // Logs that come in bursts have many short steps, so the mean is used if it is larger.
+    // Samples that arrive in bursts have many short steps, so the mean is used if it is larger.
     const double mean_s = count_ > 0 ? sum_ / static_cast<double>(count_) : 0.0;
     constexpr double far = 5.0;
     return far * std::max(middle_s, std::min(mean_s, far * middle_s));
   }
 
-  static constexpr double smallest = -34.0;  // log2 of 0.06 ns
+  static constexpr double smallest = -34.0;  // log2 of the smallest step in s, which is 0.06 ns
   static constexpr double bins_an_octave = 4.0;
   std::array<std::size_t, 256> bins_{};
   std::array<double, 256> sums_{};
@@ -107,18 +107,18 @@ class Steps {
 constexpr double window_s = 0.5;
 constexpr double still_m_s2 = 0.08;
 
-// The longest series of windows in which an accelerometer is still.
+// Finds the longest sequence of windows in which an accelerometer is at rest.
 class Stillness {
  public:
-  // @param si  m/s^2 per unit. If it is 0, the unit is not known, and the mean vector is assumed to
-  //            have the length of gravity.
+  // @param si  factor that converts the samples to m/s^2. If it is 0, the unit is not known, and
+  //            the mean vector of a window is assumed to have the magnitude of gravity.
   explicit Stillness(double si) : si_(si) {}
 
   void add(double from_first_s, std::span<const double> values) {
     if (!std::isfinite(from_first_s)) {
       return;
     }
-    const double window = std::floor(from_first_s / window_s);  // a double, as times may be large
+    const double window = std::floor(from_first_s / window_s);  // too large for an integer
     if (window != window_) {
       end_window();
       window_ = window;
@@ -215,7 +215,8 @@ class Summariser final : public SeriesSink {
       SeriesSummary& summary = one.summary;
       const double span = summary.end_s - summary.start_s;
       summary.gaps = one.steps.gaps();
-      // If the times restart within the series, the rate follows from the steps, not from the span.
+      // If the times restart within the series, the rate is computed from the steps, because the
+      // time from the first sample to the last is too short.
       constexpr double nearly_all = 0.75;
       const bool began_anew = span < nearly_all * one.steps.sum_s();
       summary.rate_hz = summary.samples < 2 ? not_a_number

@@ -16,7 +16,7 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t block_rows = 8192;
-constexpr std::size_t most_values = std::size_t{1} << 20U;  // 8 MiB
+constexpr std::size_t most_values = std::size_t{1} << 20U;  // 8 MiB of doubles
 
 class TableDecoder final : public RecordingFile::Decoder {
  public:
@@ -73,7 +73,7 @@ class TableDecoder final : public RecordingFile::Decoder {
 
  private:
   [[nodiscard]] double time_of(std::size_t row) {
-    if (time_ && is_counter_) {  // the counter has 16 bits and overflows
+    if (time_ && is_counter_) {  // the 16-bit counter starts again from 0 after 65535
       constexpr double turn = 65536.0;
       const double count = block_[*time_][row];
       turns_ += count + 0.5 * turn < last_count_ ? turn : 0.0;
@@ -86,7 +86,7 @@ class TableDecoder final : public RecordingFile::Decoder {
     return source_->rate_hz > 0.0 ? static_cast<double>(done_) / source_->rate_hz : not_a_number;
   }
 
-  // Recognises the columns by the first block.
+  // Recognises the columns from the first block, and announces their series.
   void begin(SeriesSink& sink) {
     TableColumns columns = recognise_columns(columns_, name_, block_);
     time_ = columns.time;
@@ -139,7 +139,7 @@ class TableDecoder final : public RecordingFile::Decoder {
   LogBlock block_;
   std::optional<std::size_t> time_;
   double seconds_ = 1.0;
-  bool is_counter_ = false;  // true if `time_` is a counter of samples
+  bool is_counter_ = false;  // true if the column `time_` counts samples
   double last_count_ = 0.0, turns_ = 0.0;
   std::size_t done_ = 0;
   std::vector<std::size_t> others_;

@@ -14,12 +14,12 @@
 namespace axiscal {
 namespace {
 
-// The letter in the names of the columns of a kind: ax, gx, mx.
+// @return the first letter of the column names for a kind of sensor: ax, gx or mx.
 char letter_of(SeriesKind kind) {
   return kind == SeriesKind::accelerometer ? 'a' : kind == SeriesKind::gyroscope ? 'g' : 'm';
 }
 
-// Finds a column by its name in the format: "AccX", or "IMU2.AccX".
+// Finds a column by its name in the recording: "AccX", "IMU2.AccX" or "IMU[1].AccX".
 std::optional<MergedColumn> column_called(const RecordingSummary& summary,
                                           const std::string& name) {
   for (std::size_t s = 0; s < summary.series.size(); ++s) {
@@ -73,7 +73,8 @@ OpenedTable table_of_series(const std::string& path,
       columns.push_back(std::move(column));
     }
   };
-  // If a kind has no sensor of the requested number, its sensor with the highest number is used.
+  // If a kind has no sensor with the requested number, the sensor with the next lower number is
+  // used.
   int most = 0;
   for (const RecordedSensor& sensor : all) {
     most = std::max(most, sensor.number + 1);

@@ -16,10 +16,10 @@ struct OpenedTable {
   std::vector<LogSensor> sensors;
 };
 
-/// Makes one table of a recording with several series. It contains the sensors of one instance, and
-/// the further columns that `format` requests.
-/// @param summary  summary of the first samples, which shows the series of the recording.
-/// @param decoder  decoder of the recording that has not read anything yet.
+/// Makes one table from a recording with several series. The table contains one sensor of each kind
+/// (that with the number `format.instance`), and the further columns that `format` requests.
+/// @param summary  summary of the first samples, which describes the series of the recording.
+/// @param decoder  decoder of the recording, at the start of the file.
 /// @param path     path of the recording, for messages.
 /// @throws DataError  if the recording contains no sensor; the message lists its content.
 [[nodiscard]] OpenedTable table_of_series(const std::string& path,
@@ -27,7 +27,7 @@ struct OpenedTable {
                                           DecoderPointer decoder,
                                           const LogFormat& format);
 
-/// @return the names of the series of a recording, for a message: "it contains sensor_baro,
+/// @return a list of the series of a recording for a message, such as "it contains sensor_baro,
 ///         sensor_accel (accelerometer), ...".
 [[nodiscard]] std::string series_list(const RecordingSummary& summary);
 

@@ -32,8 +32,9 @@ bool is_called_in_other_letters(const std::string& column, const std::string& na
   return to_lower_case(column) == to_lower_case(name);
 }
 
-// @return true if a column has the name of a label with more words, such as "Rest face",
-//         "fence_face" or "pose.rest". Other names must match exactly: axes are named SLOT.axis.
+// @return true if the name of a column contains that of a label and further words, such as "Rest
+//         face", "fence_face" or "pose.rest". Only labels may have further words, because an axis
+//         may have a name such as SLOT.axis.
 bool is_called_with_more(const std::string& column, const std::string& name) {
   if (name != "rest" && name != "fence" && name != "run" && name != "block") {
     return false;
@@ -43,9 +44,9 @@ bool is_called_with_more(const std::string& column, const std::string& name) {
          small.ends_with("." + name);
 }
 
-// Names the columns of a table without a header by its labels of faces. The first two columns of
-// faces are rest and fence, a column of whole numbers before them is run, and the three columns
-// after them are the axes. The result is empty if the table has other columns.
+// @return the names of the columns of a table without a header, found from two adjacent columns of
+//         faces. These are "rest" and "fence", a column of whole numbers before them is "run", and
+//         three columns after them are the axes. Empty if the table has other columns.
 std::vector<std::string> names_by_faces(const std::vector<std::vector<std::string_view>>& rows) {
   const auto are = [&](std::size_t c, auto is) {
     return std::all_of(rows.begin(), rows.end(), [&](const auto& row) { return is(row[c]); });
@@ -81,7 +82,7 @@ class NumbersAsText {
 
   void scale(std::vector<double> factors) { factors_ = std::move(factors); }
 
-  // @return the first rows, which read() will also return as text.
+  // @return the first rows; read() returns them as text afterwards.
   const LogBlock& look_ahead() {
     is_ahead_ = source_->read(block_, rows_at_once) > 0;
     return block_;
@@ -113,7 +114,7 @@ class NumbersAsText {
   static constexpr std::size_t rows_at_once = 4096;
   std::unique_ptr<LogFile::Source> source_;
   LogBlock block_;
-  bool is_ahead_ = false;  // true if the block was read but not yet delivered
+  bool is_ahead_ = false;  // true if look_ahead() has read the block, and read() has not used it
   std::vector<double> factors_;
   std::string text_;
   std::size_t given_ = 0;
@@ -128,18 +129,18 @@ struct TableText::State {
   bool is_plain = true;    // true if read() returns the unchanged bytes
   bool has_names = false;  // true if names_by_faces() has named the columns
   std::vector<NamedColumn> columns;
-  std::vector<std::string> header;  // names for the reader; empty: those in the file
+  std::vector<std::string> header;  // names of the columns; if empty, those in the file are used
   std::vector<double> factors;      // factor of each column
-  // The functions that convert cells, by the position of the column.
+  // Functions that convert the cells of a column, by the position of the column.
   std::map<std::size_t, std::function<std::string(const std::string&)>> of_cell;
   LogBlock first_rows;
   std::vector<std::vector<std::string>> first_cells;
   std::string table_name;
-  std::vector<LogSensor> sensors;  // sensors of a recording
+  std::vector<LogSensor> sensors;  // only set if the file is a recording
   std::vector<std::string> notes;
   std::optional<ByteSource> bytes;
   std::unique_ptr<NumbersAsText> numbers;
-  // The state of next_line().
+  // State of next_line(): the source of lines, the converted line, and how much of it was read.
   std::unique_ptr<LineStream> lines;
   std::string line;
   std::size_t given = 0;
@@ -176,7 +177,7 @@ void TableText::State::open(OpenedFile opened) {
   map_columns();
 }
 
-// Makes a table of the requested sensors of a recording.
+// Makes a table from a recording, with the sensors that `format.kinds` requests.
 void TableText::State::open_series(OpenedFile opened, ReopenableFile& file) {
   constexpr std::size_t looked_at = 400000;
   OpenedTable table =
@@ -235,7 +236,7 @@ void TableText::State::look_at_text() {
     columns.push_back(named_column(name));
   }
   look_at_first_rows(start, is_whole);
-  // In a plain table the first line that is not empty and not a comment is the header.
+  // In plain CSV, the header is the first line that is neither empty nor a comment.
   std::size_t first = 1;
   for (const std::string_view one : first_lines(start, is_whole)) {
     const std::string_view text = trimmed(one);
@@ -307,7 +308,7 @@ void TableText::State::look_at_numbers(std::unique_ptr<LogFile::Source> source) 
   first_rows = numbers->look_ahead();
 }
 
-// Renames, scales and reverses columns as the option --map requests.
+// Renames, scales and reverses the columns in `format.columns` (option --map).
 void TableText::State::map_columns() {
   factors.assign(columns.size(), 1.0);
   if (format.columns.empty()) {
@@ -329,8 +330,8 @@ void TableText::State::map_columns() {
   }
 }
 
-// Converts the next line to CSV. A line that is not a row becomes an empty line, so that the
-// numbers of lines agree with the file.
+// Converts the next line to CSV. A line that is not a row becomes an empty line, so that each line
+// has the same number as in the file.
 bool TableText::State::next_line() {
   std::string_view raw;
   if (!lines->next(raw)) {

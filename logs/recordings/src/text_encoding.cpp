@@ -70,7 +70,7 @@ class Utf16Reader {
     std::size_t at = 0;
     while (at + 1 < filled) {
       char32_t c = unit(at);
-      if (c >= 0xD800 && c < 0xDC00) {  // the first half of a surrogate pair
+      if (c >= 0xD800 && c < 0xDC00) {  // first half of a surrogate pair
         if (at + 3 >= filled) {
           if (filled == raw.size()) {
             left_.assign(raw.data() + at, filled - at);
@@ -94,7 +94,7 @@ class Utf16Reader {
   std::size_t given_ = 0;
 };
 
-// Replaces carriage returns by line feeds if the lines end with carriage returns only.
+// Replaces carriage returns by line feeds if each line ends with a carriage return alone.
 ByteSource with_line_feeds(ByteSource bytes) {
   const std::string_view start = bytes.peek(layout_bytes);
   std::size_t alone = 0;  // carriage returns without a line feed next to them
@@ -155,7 +155,7 @@ ByteSource as_utf8(ByteSource bytes) {
   const std::string_view start = bytes.peek(4);
   const bool is_little = start.starts_with("\xFF\xFE");
   const bool is_big = start.starts_with("\xFE\xFF");
-  // Without a byte order mark: the first two characters have codes below 128.
+  // Without a byte order mark, UTF-16 is recognised if the first two characters are ASCII.
   const bool looks_little =
       start.size() >= 4 && start[0] > 0 && start[1] == '\0' && start[2] > 0 && start[3] == '\0';
   const bool looks_big =

@@ -8,9 +8,9 @@
 
 namespace axiscal {
 
-/// @return UTF-16 text as UTF-8; other text stays in its encoding. There, carriage returns become
-///         line feeds if the lines end with carriage returns only, and typographic blanks and minus
-///         signs become ASCII characters.
+/// @return the bytes of a text. UTF-16 is converted to UTF-8, and other encodings are kept. In text
+///         that is not UTF-16, carriage returns become line feeds if each line ends with a carriage
+///         return alone, and typographic blanks and minus signs become ASCII characters.
 [[nodiscard]] ByteSource as_utf8(ByteSource bytes);
 
 /// @return the text unchanged if it is UTF-8; otherwise it is converted from Latin-1.

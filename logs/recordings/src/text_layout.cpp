@@ -39,14 +39,14 @@ bool is_unit_in_cell(std::string_view unit) {
          std::find(others.begin(), others.end(), unit) != others.end();
 }
 
-// True if a cell is a number followed by a unit, or with separated thousands.
+// True if a cell is a number that is followed by a unit or has a separator of thousands.
 bool is_dressed_number(std::string_view cell, bool decimal_comma) {
   const DecoratedNumber number = parse_decorated_number(cell, decimal_comma);
   return std::isfinite(number.value) &&
          (number.unit.empty() ? number.is_grouped : is_unit_in_cell(number.unit));
 }
 
-// @return the number of cells of a line that are numbers.
+// @return how many cells of a line are numbers.
 std::size_t count_numbers(const Cells& cells, bool decimal_comma) {
   return static_cast<std::size_t>(
       std::count_if(cells.begin(), cells.end(), [&](std::string_view cell) {
@@ -60,7 +60,8 @@ std::size_t count_filled(const Cells& cells) {
       cells.begin(), cells.end(), [](std::string_view cell) { return !cell.empty(); }));
 }
 
-// Finds the dialect that gives the most numbers in lines with the same number of cells.
+// Finds the delimiter and decimal separator with which the lines contain the most numbers, counted
+// in lines with the same number of cells.
 Dialect sniff(const Cells& lines) {
   Dialect best;
   double best_score = -1.0;
@@ -69,7 +70,7 @@ Dialect sniff(const Cells& lines) {
       if (decimal_comma && delimiter == ',') {
         continue;
       }
-      std::map<std::size_t, double> numbers;  // count of numbers, by the number of cells of a line
+      std::map<std::size_t, double> numbers;  // sum of numbers, by the cells in a line
       for (const std::string_view line : lines) {
         const Cells cells = cells_of(line, delimiter);
         numbers[cells.size()] += static_cast<double>(count_numbers(cells, decimal_comma));
@@ -95,7 +96,7 @@ bool is_a_unit(std::string_view cell) {
          std::find(others.begin(), others.end(), cell) != others.end();
 }
 
-// True if a filled cell occurs twice. Units may occur twice, but names do not.
+// True if two filled cells are equal. This is possible in a row of units, but not of names.
 bool repeats(const Cells& cells) {
   std::unordered_set<std::string_view> seen;
   return std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
@@ -103,13 +104,13 @@ bool repeats(const Cells& cells) {
   });
 }
 
-// True if a row below the names is a row of units.
+// True if a row below the header contains units.
 bool are_units(const Cells& cells) {
   const auto units = static_cast<std::size_t>(std::count_if(cells.begin(), cells.end(), is_a_unit));
   return units > 0 && (2 * units >= count_filled(cells) || repeats(cells));
 }
 
-// True if a row below the names gives the types of the columns.
+// True if a row below the header contains the types of the columns.
 bool are_types(const Cells& cells) {
   constexpr std::array<std::string_view, 14> types = {
       "float", "double",  "int",    "integer", "long", "number",   "bool",
@@ -175,23 +176,23 @@ class LayoutFinder {
   TextLayout take() && { return std::move(layout_); }
 
  private:
-  // @return true for a comment, which may begin with a semicolon in the files of GCDC's loggers.
+  // @return true if a line is a comment. In files of GCDC's loggers it may begin with a semicolon.
   [[nodiscard]] bool is_remark(std::string_view line) const {
     return is_comment_line(line) || (layout_.delimiter != ';' && trimmed(line).starts_with(';'));
   }
 
-  // "sep=;" is the first line that some spreadsheets write.
+  // @return true for a line such as "sep=;", which spreadsheets write before the table.
   static bool is_separator_line(std::string_view line) {
     return line.starts_with("sep=") && line.size() <= 5;
   }
 
-  // "|---|---|" is the line below the header of a table in Markdown.
+  // @return true for a line such as "|---|---|", which follows the header of a table in Markdown.
   static bool is_rule(std::string_view line) {
     return line.size() > 2 && line.find_first_not_of("|-+:= \t") == std::string_view::npos &&
            line.find("--") != std::string_view::npos;
   }
 
-  // Removes the empty cells that delimiters at the start or at the end of each row make.
+  // Removes the empty first or last cell of each row, if the rows begin or end with a delimiter.
   void drop_empty_ends() {
     bool first = usual_ > 1 && layout_.delimiter != ' ';
     bool last = first;
@@ -218,7 +219,7 @@ class LayoutFinder {
   }
 
   void find_usual() {
-    std::map<std::size_t, std::size_t> numbers;  // count of numbers, by the size of a row
+    std::map<std::size_t, std::size_t> numbers;  // sum of numbers, by the cells in a row
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (numbers_[i] > 0) {
         numbers[rows_[i].size()] += numbers_[i];
@@ -233,8 +234,8 @@ class LayoutFinder {
     }
   }
 
-  // Finds the first row of the table. It has the usual number of cells, and more than half of the
-  // largest number of numeric cells in such a row.
+  // Finds the first row of the table. It has the usual number of cells, and its number of numeric
+  // cells is more than half of the largest such number.
   void find_first_row() {
     std::size_t most = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -246,7 +247,7 @@ class LayoutFinder {
     }
     first_ = std::min(first_, lines_.size());
     while (first_ > 0 && has_gaps_alone(first_ - 1)) {
-      --first_;  // "0,,,": a row in which some values are missing
+      --first_;  // a row with many missing values, such as "0,,,"
     }
     layout_.first_row_line = first_ + 1;
   }
@@ -259,8 +260,9 @@ class LayoutFinder {
            });
   }
 
-  // @return the position of the line of names nearest above the rows, whose number of cells differs
-  //         from that of the rows; nullopt if that line does not consist of names.
+  // Looks for a header whose number of cells differs from that of the rows.
+  // @return the position of the nearest line above the rows that is not empty; nullopt if this line
+  //         does not consist of names.
   [[nodiscard]] std::optional<std::size_t> odd_header() const {
     for (std::size_t i = first_; i-- > 0;) {
       const Cells& row = rows_[i];
@@ -275,7 +277,7 @@ class LayoutFinder {
     return std::nullopt;
   }
 
-  // True if the first cells of the rows are 1, 2, 3, ..., as the row names that R writes.
+  // True if the first cells of the rows are 1, 2, 3, ..., which R writes as the names of the rows.
   [[nodiscard]] bool rows_are_named() const {
     double expected = 1.0;
     for (std::size_t i = first_; i < rows_.size(); ++i) {
@@ -288,7 +290,8 @@ class LayoutFinder {
   }
 
   // Changes the number of cells of a header to that of the rows. Cells are added or removed at the
-  // end, or one is added in front of the names if R has named the rows.
+  // end. If the first cells of the rows are their names (rows_are_named()), a cell is added in
+  // front.
   Cells fitted(Cells cells) {
     layout_.header_is_odd = true;
     while (cells.size() > 1 && cells.back().empty()) {
@@ -375,8 +378,8 @@ class LayoutFinder {
     }
   }
 
-  // All lines after the header and its units are rows, so that the reader reports those that cannot
-  // be parsed.
+  // Treats all lines after the header and its units as rows. The reader then reports those that
+  // cannot be parsed.
   void begin_rows_behind(std::size_t head) {
     std::size_t first = head + 1;
     while (first < first_ && (rows_[first].empty() || are_types(rows_[first]))) {
@@ -407,7 +410,7 @@ class LayoutFinder {
       std::size_t numbers = 0;
       std::size_t plain = 0;
       std::size_t dressed = 0;
-      std::optional<std::string> unit;  // unit of the numbers with a unit
+      std::optional<std::string> unit;  // the unit that follows the numbers
       bool one_unit = true;
       std::size_t texts = 0;
       std::size_t clocks = 0;
@@ -438,8 +441,8 @@ class LayoutFinder {
       }
       layout_.is_clock[c] = clocks > 0 && numbers == 0 && texts == 0;
       layout_.is_text[c] = texts > 0 && numbers == 0 && dressed == 0;
-      // A unit in only some cells is taken for a typing error. Separated thousands in only some
-      // cells are allowed, because numbers below 1,000 have no separator.
+      // If only some numbers have a unit, this is regarded as an error in the file. A separator of
+      // thousands is allowed in only some cells, because numbers below 1,000 have none.
       layout_.is_dressed[c] =
           dressed > 0 && one_unit && texts == 0 && clocks == 0 && (unit->empty() || plain == 0);
       if (layout_.is_dressed[c] && !unit->empty() && c < layout_.columns.size() &&
@@ -449,8 +452,8 @@ class LayoutFinder {
     }
   }
 
-  // Empatica's files: in every column the first row is the start time, and the second row is the
-  // rate.
+  // Recognises files of Empatica. Their first row contains the start time, and their second row
+  // contains the rate, both repeated in every column.
   void find_empatica() {
     if (layout_.has_header || first_ + 2 >= rows_.size()) {
       return;
@@ -512,9 +515,9 @@ class LayoutFinder {
 
   const std::string& path_;
   Cells lines_;
-  std::vector<Cells> rows_;  // empty for comments
+  std::vector<Cells> rows_;  // cells of each line; empty for a comment
   std::vector<std::size_t> numbers_;
-  std::size_t usual_ = 0;   // usual number of cells of a row
+  std::size_t usual_ = 0;   // usual number of cells in a row
   std::size_t first_ = 0;   // position of the first row in rows_
   std::size_t before_ = 0;  // number of lines before the table
   TextLayout layout_;

@@ -24,10 +24,10 @@ constexpr const char* unknown_format_words =
     ".mat, .xlsx, JSON), flight logs (ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), "
     "recordings of phones";
 
-// Reads a plain decimal number of up to 19 digits, without an exponent; nearly all numbers in a log
-// are plain. The result is correctly rounded, because both the digits and the power of ten are
-// exact doubles (W. D. Clinger, PLDI 1990).
-// @return the end of the number; null if it is not plain, so that from_chars() must read it.
+// Reads a decimal number without an exponent whose digits, as an integer, are at most 2^53. Nearly
+// all numbers in a log are of this form. The result is correctly rounded, because the integer and
+// the power of ten are exact doubles (W. D. Clinger, PLDI 1990).
+// @return the end of the number; null if it has another form and must be read by from_chars().
 const char* read_plain_number(const char* at, const char* end, double& value) {
   constexpr std::array<double, 23> powers = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                              1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
@@ -157,8 +157,8 @@ class TextLog : public LogFile::Source {
   }
 
   // Reads the numbers of a line into a row of the block.
-  // @return false if the line is left out: it repeats the header, contains no readings, or has a
-  //         wrong number of cells.
+  // @return false if the line is left out, because it repeats the header, contains no readings, or
+  //         has a wrong number of cells.
   bool parse(std::string_view line, LogBlock& block, std::size_t row) {
     line = without_checksum(line);
     if (layout_.has_header && line == header_) {
@@ -180,10 +180,11 @@ class TextLog : public LogFile::Source {
     return good;
   }
 
-  // True if a row contains no readings: all its cells are the same number of erased memory, whose
-  // bits are all 1 (-1 if signed), or all are 0 after rows with readings, or none is a number.
+  // True if a row contains no readings. This is so in three cases: no cell is a number; all cells
+  // are the same number from erased memory, whose bits are all 1 (-1 if signed); or all cells are
+  // 0, and a row with readings came before.
   [[nodiscard]] bool is_erased(std::string_view line) const {
-    constexpr std::size_t fewest = 4;  // two or three columns may be equal by chance
+    constexpr std::size_t fewest = 4;  // fewer columns may be equal by chance
     const auto has_one_of = [&](std::string_view digits) {
       return line.find_first_of(digits) != std::string_view::npos;
     };
@@ -255,7 +256,7 @@ class TextLog : public LogFile::Source {
     return false;
   }
 
-  // Adds a day to times of day after each midnight.
+  // Makes times of day continuous over midnight by adding whole days.
   double past_midnight(double time_s) {
     constexpr double day_s = 86400.0;
     if (time_s < day_s) {
@@ -285,7 +286,7 @@ class TextLog : public LogFile::Source {
   }
 
   LineStream lines_;
-  std::string header_;  // text of the header; empty if there is no header
+  std::string header_;  // line of the header; empty if there is no header
   TextLayout layout_;
   double days_s_ = 0.0, last_of_day_s_ = 0.0;
   bool is_plain_ = true;  // true if parse_quickly() can read the rows

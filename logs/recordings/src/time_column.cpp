@@ -30,15 +30,15 @@ constexpr std::array<Unit, 4> units = {{{"s", "seconds", 1.0},
 
 constexpr double lowest_rate_hz = 0.5;
 constexpr double highest_rate_hz = 1e6;
-// A unit other than seconds that the column's name does not state must give at most this rate.
+// Highest rate that an assumed unit may give. For seconds, highest_rate_hz applies instead.
 constexpr double highest_usual_rate_hz = 2000.0;
 
-// True if a time may be seconds since 1970, in the years 2001 to 2039.
+// True if a number of seconds, counted from 1970, is a time in the years 2001 to 2039.
 bool is_since_1970(double time_s) {
   return time_s > 1e9 && time_s < 2.2e9;
 }
 
-// The meaning of a column's name, such as "time", "t_us" or "Timestamp_ms".
+// The information about times in the name of a column, such as "time", "t_us" or "Timestamp_ms".
 struct Named {
   bool is_time = false;
   std::optional<double> seconds;  // seconds per unit; nullopt if the name states no unit
@@ -82,7 +82,7 @@ Named named(const std::string& column) {
   }
   std::replace(name.begin(), name.end(), ' ', '_');
   std::replace(name.begin(), name.end(), '-', '_');
-  // Names of columns of times in some programs.
+  // Names that some programs use for columns of times.
   struct Known {
     const char* name;
     std::optional<double> seconds;
@@ -199,7 +199,7 @@ TimeUnit settle_time_unit(const std::string& path,
     if (is_rate(unit.seconds, highest_usual_rate_hz)) {
       possible.push_back(unit);
     }
-    // Seconds since 1970 are recognised even if a log has a reading only every few minutes.
+    // Seconds since 1970 are recognised even if a log has only one reading in several minutes.
     constexpr double slowest_rate_hz = 2e-3;
     const bool may_be = (unit.seconds == 1.0 && rate_hz(1.0) >= slowest_rate_hz) ||
                         is_rate(unit.seconds, highest_usual_rate_hz);

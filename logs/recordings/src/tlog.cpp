@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Telemetry logs of ground stations. Before each packet of MAVLink (mavlink.io, "Packet
-// Serialization", versions 1 and 2) is its time in microseconds since 1970, big-endian.
+// Telemetry logs of ground stations. They consist of MAVLink packets (mavlink.io, "Packet
+// Serialization", versions 1 and 2). Before each packet is its time in microseconds since 1970, as
+// a big-endian integer.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -18,13 +19,14 @@ constexpr std::size_t time_size = 8;
 constexpr std::uint8_t start_of_1 = 0xFE;
 constexpr std::uint8_t start_of_2 = 0xFD;
 
-// A message that contains an inertial sensor, from mavlink.io's common set: its fields in the order
-// in which they are sent, a letter for the type of each, and the extra byte of the checksum.
+// A message with readings of an inertial sensor, from the common message set of mavlink.io. The
+// fields are in the order in which they are sent. checksum_extra is a byte that is appended to the
+// message for the checksum.
 struct KnownMessage {
   std::uint32_t id;
   const char* name;
   std::uint8_t checksum_extra;
-  const char* letters;  // Q uint64, I uint32, H uint16, h int16, B uint8, f float
+  const char* letters;  // field types: Q uint64, I uint32, H uint16, h int16, B uint8, f float
   const char* fields;
 };
 
@@ -42,7 +44,7 @@ constexpr std::array<KnownMessage, 5> known_messages = {{
      "time_boot_ms,xacc,yacc,zacc,xgyro,ygyro,zgyro,xmag,ymag,zmag,temperature"},
 }};
 
-// CRC-16/MCRF4XX, which MAVLink uses.
+// Computes the checksum CRC-16/MCRF4XX, which MAVLink uses.
 std::uint16_t checksum(std::string_view bytes, std::uint8_t extra) {
   std::uint16_t crc = 0xFFFF;
   const auto add = [&](std::uint8_t byte) {
@@ -166,8 +168,8 @@ class Tlog final : public RecordingFile::Decoder {
 
  private:
   void take(const KnownMessage& known, const Packet& packet, double time_s, SeriesSink& sink) {
-    // Missing bytes are zeros: version 2 omits zeros at the end, and version 1 has no extension
-    // fields.
+    // Bytes missing at the end are zeros. MAVLink 2 omits them, and MAVLink 1 does not have the
+    // extension fields to which they belong.
     std::array<char, longest_packet> payload{};
     std::copy(packet.payload.begin(), packet.payload.end(), payload.begin());
     RecordBytes in({payload.data(), payload.size()});

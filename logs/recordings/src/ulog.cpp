@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// PX4's ULog (docs.px4.io, ULog File Format, versions 1 and 2): definitions of messages, followed
-// by messages, little-endian. The flag bits contain the offsets of parts that were appended later.
+// PX4's ULog (docs.px4.io, ULog File Format, versions 1 and 2). The file contains definitions of
+// messages, followed by messages; numbers are little-endian. The message "flag bits" states the
+// offsets of parts that were appended to the file later.
 #include <array>
 #include <charconv>
 #include <limits>
@@ -17,9 +18,9 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t longest_array = 16;  // longer arrays of numbers are skipped
+constexpr std::size_t longest_array = 16;  // longer arrays are skipped
 constexpr std::size_t most_columns = 4096;
-constexpr int deepest = 8;  // depth of messages within messages
+constexpr int deepest = 8;  // largest depth of messages within messages
 
 enum class Type { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64, boolean, character, nested };
 
@@ -42,7 +43,7 @@ constexpr std::array<Primitive, 12> primitives = {{{"int8_t", Type::i8, 1},
                                                    {"bool", Type::boolean, 1},
                                                    {"char", Type::character, 1}}};
 
-// One number of a message.
+// A number in a message.
 struct Field {
   std::string name;
   Type type = Type::f32;
@@ -121,7 +122,7 @@ struct Subscription {
   std::optional<Field> time;
   std::size_t least = 0;  // size of the shortest message that contains all fields [bytes]
   MessageSeries series;
-  std::optional<std::size_t> device, invalid_acceleration;  // positions of these fields in `fields`
+  std::optional<std::size_t> device, invalid_acceleration;  // positions in `fields`
   bool is_fifo = false;
   bool has_device = false;
 };
@@ -148,7 +149,7 @@ class Ulog final : public RecordingFile::Decoder {
     const char type = bytes.take<char>();
     const std::uint64_t end = stream_.position() + head + size;
     const std::uint64_t next_part = next_offset();
-    // An appended part begins within this message, which is therefore incomplete.
+    // If an appended part begins within this message, the message is incomplete.
     if (next_part > stream_.position() && next_part < end) {
       ++cut_;
       stream_.skip(next_part - stream_.position());
@@ -272,11 +273,11 @@ class Ulog final : public RecordingFile::Decoder {
     }
   }
 
-  static constexpr double field_steps = 100.0;  // cost of a field's name, in ReadCost::steps
+  static constexpr double field_steps = 100.0;  // cost of a field, in units of ReadCost::steps
 
-  // Determines the offsets of the numbers in a message and in the messages within it.
+  // Determines the offsets of the numbers in a message, including those of nested messages.
   // @return false if a definition is missing or too large.
-  // @throws LimitError  if nested messages exceed a limit of the file.
+  // @throws LimitError  if nested messages make the cost of reading exceed a limit.
   // NOLINTNEXTLINE(misc-no-recursion): messages contain messages
   bool lay_out(const std::string& name,
                const std::string& prefix,
@@ -404,8 +405,9 @@ class Ulog final : public RecordingFile::Decoder {
     to.series.put(sink, time_us * us, values_);
   }
 
-  // Reads several samples in one message. `samples` is the number of samples in x[32], y[32] and
-  // z[32], in units of `scale`. They are `dt` us apart, and the last one is at `timestamp_sample`.
+  // Reads a message that contains several samples. Its field `samples` is the number of samples in
+  // the arrays x[32], y[32] and z[32], which are in units of `scale`. The samples are `dt` us
+  // apart, and the time of the last one is `timestamp_sample`.
   void take_fifo(Subscription& to, double time_s, SeriesSink& sink) {
     const auto place = [&](const std::string& name) -> std::optional<std::size_t> {
       for (std::size_t f = 0; f < to.fields.size(); ++f) {

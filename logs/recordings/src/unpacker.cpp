@@ -33,9 +33,9 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t piece = 1U << 16U;
-constexpr std::size_t most_at_once = 1U << 30U;  // some libraries use sizes of 32 bits
+constexpr std::size_t most_at_once = 1U << 30U;  // some libraries use 32-bit sizes
 
-// A compressed stream that a library decodes.
+// Base class of the decoders of compressed streams, with one decoder for each library.
 class Decoder {
  public:
   Decoder() = default;
@@ -43,16 +43,18 @@ class Decoder {
   Decoder& operator=(const Decoder&) = delete;
   virtual ~Decoder() = default;
 
-  // Prepares for another stream.
+  // Prepares the decoder for another stream.
   virtual void restart() = 0;
 
-  // Removes consumed bytes from the front of `in`, and filled bytes from the front of `out`.
+  // Unpacks bytes of `in` into `out`. Then removes the consumed bytes from the front of `in`, and
+  // the filled bytes from the front of `out`.
   // @return true at the end of the stream.
   // @throws DamagedStream
   virtual bool step(std::string_view& in, std::span<char>& out) = 0;
 };
 
-// Runs a library whose streams have the members next_in, avail_in, next_out and avail_out.
+// Passes `in` and `out` to a library whose streams have the members next_in, avail_in, next_out and
+// avail_out, calls `run`, and removes the bytes that were consumed and filled.
 template <typename Stream, typename Run>
 auto run_stream(Stream& stream, std::string_view& in, std::span<char>& out, const Run& run) {
   using Byte = std::remove_pointer_t<decltype(stream.next_out)>;
@@ -189,7 +191,7 @@ class Lz4Decoder final : public Decoder {
 };
 #endif
 
-// @return null if this build lacks the library for the packing.
+// @return a decoder for the compression `packing`; null if this build lacks the library for it.
 std::unique_ptr<Decoder> decoder_of([[maybe_unused]] std::string_view packing) {
 #ifdef AXISCAL_ZLIB
   if (packing == "gzip" || packing == "zlib") {
@@ -228,8 +230,8 @@ struct Unpacker::State {
   std::unique_ptr<Decoder> decoder;
   Read packed;
   std::vector<char> buffer = std::vector<char>(piece);
-  std::string_view in;       // bytes of `buffer` that were not unpacked yet
-  bool in_stream = true;     // true if a stream has begun and not ended
+  std::string_view in;       // bytes of `buffer` that have not been unpacked yet
+  bool in_stream = true;     // true if a stream has begun but not ended
   bool at_file_end = false;  // true at the end of the packed bytes
 
   // Reads packed bytes if `in` is empty.

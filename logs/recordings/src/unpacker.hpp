@@ -19,14 +19,17 @@ class DamagedStream : public Error {
   using Error::Error;
 };
 
-/// Unpacks a compressed stream as it is read. The contents of successive streams are joined.
+/// Unpacks compressed data as they are read. If the data consist of several compressed streams,
+/// their contents are joined.
 class Unpacker {
  public:
-  /// Writes the next packed bytes to `buffer`, at most `size` of them, and returns their number.
-  /// The number is 0 at the end.
+  /// A function that writes the next compressed bytes to `buffer`, at most `size` of them, and
+  /// returns their number; 0 at the end.
   using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
-  /// @param packing  "gzip", "zlib", "bzip2", "xz", "lzip", "zstd" or "lz4" (frames).
+  /// @param packing  kind of compression: "gzip", "zlib", "bzip2", "xz", "lzip", "zstd" or "lz4"
+  ///                 (frame format).
+  /// @param packed   gives the compressed bytes.
   /// @throws Error  if this build cannot unpack `packing`; the message starts with "is compressed".
   Unpacker(std::string_view packing, Read packed);
   ~Unpacker();
@@ -43,14 +46,14 @@ class Unpacker {
 };
 
 /// @param start  the first bytes of a file.
-/// @return the packing of the file; empty if it is not compressed.
+/// @return the kind of compression of the file, such as "gzip"; empty if it is not compressed.
 [[nodiscard]] std::string_view detect_compression(std::string_view start);
 
-/// Unpacks a block of a bag in memory.
-/// @param packing  see Unpacker.
+/// Unpacks a compressed block of a ROS bag in memory.
+/// @param packing  kind of compression; see Unpacker.
 /// @param size     size of the unpacked content, as stated in the file [bytes].
-/// @return nullopt if the block is damaged, or its content has another size.
-/// @throws LimitError  if unpacking exceeds a limit of the file.
+/// @return the content; nullopt if the block is damaged, or its content has another size.
+/// @throws LimitError  if unpacking would exceed a limit in `budget`.
 /// @throws Error       if this build cannot unpack `packing`.
 [[nodiscard]] std::optional<std::string> unpack(std::string_view packing,
                                                 std::string_view block,
@@ -58,7 +61,7 @@ class Unpacker {
                                                 const ReadBudget& budget);
 
 /// Unpacks a zstd frame that states the size of its content.
-/// @return nullopt if the frame states no size, or is damaged.
+/// @return the content; nullopt if the frame states no size, or is damaged.
 [[nodiscard]] std::optional<std::string> unpack_zstd(std::string_view block,
                                                      const ReadBudget& budget);
 

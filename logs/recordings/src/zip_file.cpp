@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Zip archives: NumPy's .npz, spreadsheets, and archives of tables that phones' programs write.
+// Zip archives: NumPy's .npz, spreadsheets, and archives of tables that apps on phones write.
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "core/formatted.hpp"
@@ -45,7 +45,7 @@ Member current_member(const Archive& archive, const std::string& name) {
     throw DataError(name, "the zip archive is damaged");
   }
   member.name.resize(std::min<std::size_t>(info.size_filename, longest));
-  // Some archivers state permissions without a file type.
+  // The attributes of some archives contain permissions, but no file type.
   constexpr unsigned unix_host = 3;
   const auto type = static_cast<mode_t>(info.external_fa >> 16U) & S_IFMT;
   const bool has_type = info.version >> 8U == unix_host && type != 0;
@@ -70,7 +70,7 @@ std::vector<std::string> members_of(const std::string& path,
   return members;
 }
 
-// Reads a member of the archive, and unpacks it as it is read.
+// @return the content of a member of the archive. It is unpacked as it is read.
 ByteSource bytes_of(const std::string& path,
                     const std::string& name,
                     const std::string& member,
@@ -105,7 +105,7 @@ ByteSource bytes_of(const std::string& path,
           budget.within()};
 }
 
-// Reads the whole content of a part into memory.
+// Reads all bytes of a source into memory.
 std::string text_of(ByteSource bytes) {
   return read_up_to(std::numeric_limits<std::size_t>::max(), [&](char* buffer, std::size_t size) {
     const std::size_t count = bytes.read(buffer, size);
@@ -114,7 +114,8 @@ std::string text_of(ByteSource bytes) {
   });
 }
 
-// A table of arrays with the same number of rows, side by side, which are read block by block.
+// A table whose columns come from several arrays with the same number of rows. The arrays are read
+// block by block.
 class ArraysAsTable final : public LogFile::Source {
  public:
   void add(const std::string& name, std::unique_ptr<LogFile::Source> array) {
@@ -163,12 +164,12 @@ class ArraysAsTable final : public LogFile::Source {
   }
 
   std::vector<std::unique_ptr<LogFile::Source>> arrays_;
-  std::vector<Place> places_;  // array and column of each column of the table
+  std::vector<Place> places_;  // for each column of the table, its array and its column in it
   std::vector<std::size_t> selected_;
   std::size_t done_ = 0;
 };
 
-// Transposes an array in memory if its series lie along its second dimension.
+// Transposes an array in memory if it has fewer rows than columns, so that its columns are series.
 std::unique_ptr<LogFile::Source> upright(std::unique_ptr<LogFile::Source> array,
                                          const std::string& name,
                                          const ReadBudget& budget) {
@@ -196,7 +197,7 @@ OpenedFile open_npz(const std::string& path,
                     const ReadBudget& budget) {
   std::map<std::string, int> of_stem;
   std::map<std::size_t, std::vector<std::string>> of_rows;
-  std::map<std::size_t, double> numbers;  // values in each table, by its number of rows
+  std::map<std::size_t, double> numbers;  // number of values, by the number of rows of the table
   for (const std::string& member : members) {
     ++of_stem[stem_of(member)];
     const std::unique_ptr<LogFile::Source> array =
@@ -213,7 +214,7 @@ OpenedFile open_npz(const std::string& path,
     throw DataError(name, "the file contains no column of numbers");
   }
   const std::vector<std::string>& chosen = of_rows[largest->first];
-  constexpr std::size_t most_arrays = 500;  // each array opens the archive once more
+  constexpr std::size_t most_arrays = 500;  // each array opens the archive again
   if (chosen.size() > most_arrays) {
     throw DataError(name,
                     formatted("contains {} arrays of {} rows, but a table may consist of at most "
@@ -222,7 +223,7 @@ OpenedFile open_npz(const std::string& path,
   }
   auto table = std::make_unique<ArraysAsTable>();
   for (const std::string& member : chosen) {
-    // If another member has the same name, the name of its folder is included.
+    // If members in different folders have the same name, the names include the folders.
     const std::string stem = stem_of(member);
     ByteSource bytes = bytes_of(path, name, member, budget);
     table->add(of_stem[stem] == 1 ? stem : member.substr(0, member.rfind('.')),
@@ -233,7 +234,7 @@ OpenedFile open_npz(const std::string& path,
   return opened;
 }
 
-// Metadata.csv, meta/device.csv and similar files are not time series.
+// @return true for members that are not time series, such as Metadata.csv and meta/device.csv.
 bool is_metadata(const std::string& member) {
   return member.starts_with("meta/") || member.find("/meta/") != std::string::npos ||
          member.starts_with("__MACOSX") || stem_of(member) == "Metadata" ||

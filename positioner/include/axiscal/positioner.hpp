@@ -16,9 +16,9 @@
 /// The positioner: a cube with the instrument, laid on a table and pushed against a fence in 24
 /// orientations.
 ///
-/// A DesignPoint is the face on the table and the face at the fence. A Positioner computes the
-/// orientation of the cube at a point, from nominal faces, measured normals, or measured feet. A
-/// run sheet is a list of points in the order of the readings.
+/// A DesignPoint states the face on the table and the face at the fence. A Positioner computes the
+/// orientation of the cube at a design point, from nominal faces, measured normals, or measured
+/// feet. A run sheet is a list of design points in the order of the readings.
 ///
 /// @code
 /// const axiscal::Positioner cube;  // the nominal cube
@@ -32,6 +32,6 @@
 ///
 /// Traps:
 /// - A face is named by its outward normal: with rest -Z the cube stands on its lower face.
-/// - If only normals are known, the heading has an error if the fence face is not perpendicular to
-///   the rest face. With feet the heading is exact.
+/// - If only the normals of the faces are known and the fence face is not perpendicular to the rest
+///   face, the heading has an error. If the feet are known, the heading is exact.
 /// - A cube with measured feet may rock at a point; rocking_remarks() lists these points.

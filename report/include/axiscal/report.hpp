@@ -19,5 +19,5 @@
 /// @endcode
 ///
 /// Traps:
-/// - A certificate contains the details that the caller states. missing_details() lists the details
-///   that ISO/IEC 17025 requires and that are missing.
+/// - A certificate contains only the details that the caller states. missing_details() lists the
+/// missing details that ISO/IEC 17025 requires.

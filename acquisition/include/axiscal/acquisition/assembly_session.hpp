@@ -9,8 +9,8 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/run.hpp"
 
-// A session treats several instruments in one cube as one instrument. Its axes are named SLOT.axis.
-// One pose check therefore uses the readings of all instruments.
+// A session treats several instruments in one cube as one instrument, so that one check of the pose
+// uses the readings of all. Its axes are named SLOT.axis; a slot is the place of one instrument.
 namespace axiscal {
 
 /// @param experiment  an experiment with one instrument; its positioner contains the mounts of all
@@ -22,8 +22,9 @@ namespace axiscal {
 /// @return the slots of an assembled instrument with their axes; empty for a single instrument.
 [[nodiscard]] std::vector<SlotColumns> slots_of(const Instrument& instrument);
 
-/// @return the nominal unit direction of each axis in the frame of the experiment's mount, m x 3,
-///         rotated by the mount of the axis's slot; a row of zeros if the direction is unknown.
+/// @return the nominal unit directions of the m axes as rows, m x 3, in the frame of the
+///         experiment's mount. In an assembled instrument, each direction is rotated by the mount
+///         of its slot. If a direction is unknown, its row is zero.
 [[nodiscard]] SensitivityMatrix nominal_axes(const Experiment& experiment);
 
 /// Calibrates one instrument, or each slot of an assembled instrument, from a session's readings.

@@ -13,15 +13,15 @@ namespace axiscal {
 
 /// The inputs of a session without a cube.
 struct FreeSetup {
-  Experiment experiment;  ///< one instrument with three axes; the session fits by magnitude
+  Experiment experiment;  ///< one instrument with three axes, fitted to a constant magnitude
   StillnessOptions stillness;
   /// True: a reading is the mean over one rest, as an accelerometer needs. False: a reading is one
   /// sample.
   bool by_rests = false;
-  double dwell_s = 1.0;            ///< duration of the reading at a rest
+  double dwell_s = 1.0;            ///< duration of a reading at rest
   double wanted_u_deg = 0.5;       ///< target for FreeView::u_deg
   std::size_t most_points = 5000;  ///< largest number of readings that are kept
-  bool unattended = false;         ///< the session ends by itself when FreeView::is_enough
+  bool unattended = false;         ///< true: the session ends when FreeView::is_enough is true
 };
 
 /// Calibrates an instrument that a person turns in the hand. The session repeats the fit to a

@@ -18,18 +18,18 @@ struct FreeView {
   std::vector<Eigen::Vector3d> points;            ///< readings kept, in the order taken [unit]
   std::size_t dropped = 0;                        ///< number of readings dropped by undo
   Eigen::Vector3d now = Eigen::Vector3d::Zero();  ///< current reading [unit]
-  /// The map of a reading v to the unit sphere: to_sphere (v - centre). Before the first fit,
-  /// centre is the middle of the readings, and to_sphere divides by half their largest span.
+  /// `to_sphere * (v - centre)` maps a reading v to the unit sphere. Before the first fit, `centre`
+  /// is the middle of the readings, and `to_sphere` divides by half the largest span of an axis.
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d to_sphere = Eigen::Matrix3d::Identity();
   bool is_fitted = false;
-  bool takes_rests = false;  ///< each reading is a rest; undo drops the last one
+  bool takes_rests = false;  ///< true: one reading at each rest; undo drops the last reading
   double coverage = 0.0;     ///< share of the sphere within 30 degrees of a reading
   double largest_gap_rad = 0.0;
-  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction of the next reading, frame sensor
-  std::optional<double> fit_error;                 ///< rms error of the magnitude, relative to F
-  /// Expanded uncertainty (95 %) of the direction of a calibrated reading [deg]: the largest over
-  /// all directions, from the uncertainty of the coefficients only. nullopt without a fit.
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< next direction to measure, frame sensor
+  std::optional<double> fit_error;                 ///< relative rms error of the magnitude
+  /// Expanded uncertainty (95 %) of the direction of a calibrated reading [deg], for the worst
+  /// direction. It contains only the uncertainty of the coefficients. nullopt before the first fit.
   std::optional<double> u_deg;
   double wanted_deg = 0.0;
   bool is_enough = false;

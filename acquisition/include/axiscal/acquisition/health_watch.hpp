@@ -28,13 +28,13 @@ struct HealthWatchSetup {
 struct HealthView {
   bool is_still = false;
   double progress = 0.0;  ///< completed part of the reading, 0 .. 1
-  ReducedReading now;     ///< reduction of the mean over the stillness window
+  ReducedReading now;     ///< calibrated mean over the stillness window
   std::size_t readings = 0;
-  std::optional<InSituCheck> check;  ///< result from all readings so far; nullopt without one
+  std::optional<InSituCheck> check;  ///< from all readings so far; nullopt if there are none
 };
 
-/// Monitors an installed instrument in any pose. It takes readings at rest, reduces them and
-/// compares their residuals with the control limits.
+/// Monitors an installed instrument in any pose. It takes readings at rest and applies the
+/// calibration to them. It compares the residuals with the control limits of the record.
 class HealthWatch {
  public:
   /// @throws DomainError  if Reducer or check_in_situ() does not accept the record.
@@ -59,7 +59,7 @@ class HealthWatch {
 
 struct HealthRun {
   std::size_t readings = 3;                      ///< number of readings to take
-  double patience_s = 60.0;                      ///< time limit; for a recording, in sample time
+  double patience_s = 60.0;                      ///< time limit; in sample time for a recording
   std::function<void(const HealthView&)> show;   ///< called about once a second
   std::function<void(const std::string&)> warn;  ///< called with each new alarm of the sources
 };
@@ -69,7 +69,7 @@ struct HealthRun {
 ///
 /// @return the final view of the watch.
 /// @throws DomainError   if no channel exists for an axis.
-/// @throws RefusedError  if the watch did not get a reading: samples were missing, or the
+/// @throws RefusedError  if the watch took no reading, because samples were missing or the
 ///                       instrument was never at rest.
 [[nodiscard]] const HealthView& run_health_watch(HealthWatch& watch,
                                                  SampleFeed& feed,

@@ -10,8 +10,8 @@ namespace axiscal {
 /// The value of "format" in the first line of a session's journal.
 inline constexpr std::string_view journal_format = "axiscal-journal";
 
-/// An append-only file with one JSON object per line. append() returns after the line is on the
-/// disk.
+/// An append-only file with one JSON object per line. append() returns only after the line is
+/// stored on the disk.
 ///
 /// Appended entries survive a crash, kill -9 and a full disk. After a failed write, the incomplete
 /// last line is removed immediately, or when the journal is opened again.

@@ -28,8 +28,7 @@ class LiveSession {
   LiveSession& operator=(const LiveSession&) = delete;
 
   /// @param channels  the channels of the samples that add() will receive.
-  /// @param time_at_zero  the clock time at which the sample times are 0, from
-  ///                      SampleFeed::time_at_zero().
+  /// @param time_at_zero  the result of SampleFeed::time_at_zero().
   /// @throws DomainError  if no channel exists for an axis (the message lists the channels), or if
   ///                      the field moves and the times are not in UTC.
   /// @throws SetupError   if the motion of the field in the table cannot be computed.
@@ -44,7 +43,7 @@ class LiveSession {
 
   /// @param time_s  time of the sample; must not decrease.
   /// @param values  one value for each channel.
-  /// @throws RefusedError  if the field is the sun's and the sun is below the horizon at the time
+  /// @throws RefusedError  if the field is sunlight, and the sun is below the horizon at the time
   ///                       of the first sample.
   virtual void add(double time_s, std::span<const double> values) = 0;
 
@@ -70,8 +69,8 @@ class LiveSession {
   /// @return the readings so far, in the order taken.
   [[nodiscard]] virtual Observations observations() const = 0;
 
-  /// @return the calibrations at the end, one for each instrument; empty before the end, or if the
-  ///         calibration failed with an error, which view() contains.
+  /// @return the calibrations at the end, one for each instrument; empty before the end. It is also
+  ///         empty if the calibration failed; view() then contains the error.
   [[nodiscard]] virtual const std::vector<Calibration>& calibrations() const = 0;
 };
 

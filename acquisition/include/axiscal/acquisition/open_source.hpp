@@ -12,7 +12,7 @@ namespace axiscal {
 /// A kind of source and the form of its address.
 struct SourceKind {
   std::string scheme;   ///< "serial", "tcp", ...
-  std::string address;  ///< "serial:/dev/ttyUSB0?baud=115200"
+  std::string address;  ///< an example: "serial:/dev/ttyUSB0?baud=115200"
   std::string help;
   std::vector<std::string> options;  ///< names allowed after the question mark
   bool available = true;             ///< true if this build supports it
@@ -24,8 +24,8 @@ struct SourceKind {
 /// Opens a source by its address: SCHEME:PLACE?OPTION=VALUE&OPTION=VALUE.
 ///
 /// `-` is standard input. A path without a scheme is a file. In an option, `%XX` is the byte with
-/// the hexadecimal code XX. A source that is not connected is not an error: read() reports it and
-/// keeps trying.
+/// the hexadecimal code XX. If the source is not connected, this function does not throw; read()
+/// reports this and tries again to connect.
 /// @throws DomainError  for an unknown scheme, option or value, or if this build does not support
 ///                      the scheme.
 /// @throws DataError    for a file that is missing or malformed.
@@ -37,7 +37,7 @@ struct FoundSource {
   std::string description;  ///< text for a person, for example maker and model
 };
 
-/// Looks for serial ports, IIO devices and devices that announce themselves on the local network.
+/// Looks for serial ports, and for IIO devices on this machine and on the local network.
 [[nodiscard]] std::vector<FoundSource> find_sources();
 
 }  // namespace axiscal

@@ -17,12 +17,12 @@ namespace axiscal {
 /// The value of PoseModelSetup::direction_sd_rad for a field of unknown direction.
 inline constexpr double any_direction_rad = 1.0;
 
-/// The prior knowledge of an experiment.
+/// The prior knowledge about an experiment.
 struct PoseModelSetup {
   Instrument instrument;
   /// The nominal directions of the axes, m x 3, from nominal_axes(); zeros for an unknown axis.
   SensitivityMatrix nominal_axes;
-  FieldDescription field;  ///< expected along in_table; if that is nullopt, along the normal
+  FieldDescription field;  ///< expected along in_table, or along the normal if that is nullopt
   Positioner positioner;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   /// Standard deviation of the angle between the field and its nominal direction [rad]. The slope
@@ -34,10 +34,10 @@ struct PoseModelSetup {
   double placement_sd_rad = 3e-5;  ///< repeatability of the cube's orientation
 };
 
-/// A reading at a known point.
+/// A reading at a known design point.
 struct PlacedReading {
   DesignEntry entry;
-  Eigen::VectorXd mean;  ///< m entries [unit]
+  Eigen::VectorXd mean;  ///< mean of each axis, m entries [unit]
   Eigen::VectorXd u;     ///< standard uncertainty of the mean from noise, m entries [unit]
   /// Rotation in the table's frame that converts PoseModelSetup::field to the field at the time of
   /// the reading, from change_of_field().
@@ -47,7 +47,7 @@ struct PlacedReading {
 /// The estimate of instrument and table from the readings so far.
 struct PoseModelFit {
   LinearResponse response;
-  Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< the field at level 1 [field unit]
+  Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< field at level 1 [field unit]
   /// Standard uncertainties of the x and y components of the field's direction, frame table [rad].
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
   /// The derivative of the field with respect to displacements of its direction along two unit
@@ -64,11 +64,12 @@ struct PoseModelFit {
 /// The match of a reading with the 24 poses of the cube.
 struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< pose with the smallest chi^2
-  double log_ratio = 0.0;                         ///< (misfit - best_misfit) / 2
+  /// Evidence for the best pose instead of the stated pose: half the difference of their chi^2.
+  double log_ratio = 0.0;
   double misfit = 0.0;  ///< chi^2 of the stated pose, m degrees of freedom
   double best_misfit = 0.0;
-  bool looks_like_another = false;  ///< another pose fits far better, and its chi^2 is acceptable
-  bool fits_none = false;           ///< no pose fits, for example of a tilted or moving cube
+  bool looks_like_another = false;  ///< true: another pose fits well and far better
+  bool fits_none = false;           ///< true: no pose fits, for example if the cube is tilted
 };
 
 /// Detects a wrong pose as soon as a reading is taken. It predicts the reading for each of the 24
@@ -82,7 +83,7 @@ struct PoseJudgement {
 /// covariance is large, so the model reports only gross mistakes.
 ///
 /// @par Source
-/// The Gauss-Newton method with a normal prior; chi^2 of each pose's prediction.
+/// The Gauss-Newton method with a normal prior. A pose is judged by the chi^2 of its prediction.
 class PoseModel {
  public:
   explicit PoseModel(PoseModelSetup setup);
@@ -94,7 +95,7 @@ class PoseModel {
   /// @return the best fit; nullopt if `known` is empty or does not determine the scale.
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known) const;
 
-  /// Fits the model to the readings, once from each possible direction of the field.
+  /// Fits the model to the readings several times, starting at each possible field direction.
   /// @return the best fit first, then the fits that are about as good.
   [[nodiscard]] std::vector<PoseModelFit> fits(const std::vector<PlacedReading>& known) const;
 
@@ -128,7 +129,7 @@ class PoseModel {
                                                      const Eigen::Vector3d& start) const;
 
   PoseModelSetup setup_;
-  std::vector<Eigen::Vector3d> directions_;  // approximate possible field directions, frame table
+  std::vector<Eigen::Vector3d> directions_;  // approximate directions of the field, frame table
 };
 
 }  // namespace axiscal

@@ -33,8 +33,8 @@ class SampleFeed {
   /// @return the channels of all sources; empty until all are known.
   [[nodiscard]] const std::vector<Channel>& channels() const;
 
-  /// @return the current problems of the sources: unplugged, bytes without samples, wrong sample
-  ///         rate, a clock that was changed, invalid lines.
+  /// @return the current problems of the sources: an unplugged device, bytes without samples, a
+  ///         wrong sample rate, a clock that was changed, or invalid lines.
   [[nodiscard]] std::vector<SessionAlarm> alarms() const;
 
   /// @return true if no more samples will come.
@@ -44,9 +44,9 @@ class SampleFeed {
   ///         waits for its reader, as a file does.
   [[nodiscard]] bool is_live() const;
 
-  /// @return the clock time at which the sample times are 0: in UTC [s since 1970] for live
-  ///         samples, by its own clock for a recording. nullopt before the channels are known, or
-  ///         if the recording lacks a clock.
+  /// @return the clock time that corresponds to the sample time 0. For live samples it is UTC [s
+  ///         since 1970]; for a recording it is a time of the recording's clock. nullopt before the
+  ///         channels are known, or if the recording lacks a clock.
   [[nodiscard]] std::optional<double> time_at_zero() const;
 
   /// @return the time since the last sample of the first source [s]; 0 if it is not live.

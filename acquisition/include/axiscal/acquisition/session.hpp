@@ -27,39 +27,39 @@ namespace axiscal {
 
 /// The inputs of a guided session.
 struct SessionSetup {
-  Experiment experiment;           ///< made by assembled() for several instruments in one cube
-  std::vector<RunSheetRow> sheet;  ///< the points in the order of the requests
+  Experiment experiment;           ///< for several instruments in one cube, from assembled()
+  std::vector<RunSheetRow> sheet;  ///< design points in the order of the requests
   StillnessOptions stillness;
-  /// Duration of each reading [s]; nullopt: computed from the noise and reading_u.
+  /// Duration of each reading [s]. If nullopt, it is computed from the noise and reading_u.
   std::optional<double> dwell_s;
-  /// Target for the standard uncertainty of a reading from noise, relative to the effect of the
-  /// field.
+  /// Target for the standard uncertainty of a reading due to noise, relative to the effect of the
+  /// field (sensitivity times magnitude).
   double reading_u = 5e-5;
   double shortest_dwell_s = 1.0;
   double longest_dwell_s = 20.0;
   bool automatic = true;  ///< true: readings are taken when the cube is still; false: on command
-  /// No person answers questions. In the review the session retakes suspect readings by itself, at
-  /// most twice.
+  /// True if no person answers questions. In the review the session then retakes suspect readings
+  /// by itself, at most twice.
   bool unattended = false;
-  bool keep_raw = false;  ///< raw samples are written to the journal too
+  bool keep_raw = false;  ///< true: the journal also contains the raw samples
   /// Names of the temperature channels: one for all axes, or one for each axis. If a single name is
   /// stated and this channel does not exist, the channels AXIS_temperature of all axes are used.
   std::vector<std::string> temperature_channels = {"temperature"};
-  double soak_window_s = 300.0;    ///< duration of the test of soak_state()
-  double soak_tolerance = 0.1;     ///< largest change of the temperature in this duration
+  double soak_window_s = 300.0;    ///< window in which the temperature must be steady
+  double soak_tolerance = 0.1;     ///< largest change of the temperature in soak_window_s
   double placement_sd_rad = 3e-5;  ///< repeatability of the cube's orientation
 };
 
 /// The commands of a session.
 enum class SessionAction {
-  capture,           ///< take the reading now, even if the dwell is not complete
-  accept,            ///< store the doubted reading under the requested point
-  as_seen,           ///< store the doubted reading under the point that it looks like
+  capture,           ///< take the reading now, even if its duration is not complete
+  accept,            ///< store the reading in question under the requested point
+  as_seen,           ///< store the reading in question under the point that it looks like
   retake,            ///< drop a run and ask for its point again
   retake_suggested,  ///< drop all SessionView::suspects and ask for their points again
   undo,              ///< drop the last reading and ask for its point again
   skip,              ///< continue without this point
-  replicate,         ///< append one more replicate of the design
+  replicate,         ///< append all points of the design once more
   pause,
   go_on,
   finish,  ///< end with the readings so far; in the review: accept the result
@@ -79,8 +79,8 @@ struct SessionCommand {
 enum class SessionPhase {
   waiting,   ///< waiting for the first sample
   soaking,   ///< waiting for the planned temperature
-  laying,    ///< the person has to lay the cube, or is laying it
-  settling,  ///< the cube is still; the window and the noise floor have to settle
+  laying,    ///< the person has to place the cube, or is placing it
+  settling,  ///< the cube is still; the window and the noise floor are settling
   dwelling,  ///< the reading is being taken
   ready,     ///< the reading may be taken on command
   question,  ///< the reading looks like another point, or fits no point
@@ -110,13 +110,13 @@ struct SessionEvent {
 
 /// A reading that was taken.
 struct CapturedReading {
-  int run = 1;  ///< number of the run, in the order of the readings
+  int run = 1;  ///< number of the reading, in the order taken
   std::size_t step = 0;
   RunSheetRow row;  ///< point, level and block of the reading
   Eigen::VectorXd mean;
   Eigen::VectorXd sd;
   std::size_t samples = 0;
-  double start_s = 0.0;  ///< [s since 1970, UTC]; for a recording by its own clock
+  double start_s = 0.0;  ///< [s since 1970, UTC]; in a recording, its own clock's time
   double end_s = 0.0;
   std::optional<SensorTemperature> temperature;
 };
@@ -132,14 +132,14 @@ struct SessionStep {
 struct SessionView {
   SessionPhase phase = SessionPhase::waiting;
   std::string headline;  ///< the current instruction, one sentence
-  std::string detail;    ///< how to do it, or the reason
+  std::string detail;    ///< how to follow the instruction, or its reason
   std::optional<RunSheetRow> wanted;
   std::optional<DesignPoint> present;     ///< pose of the cube; nullopt if it is unknown
   std::optional<DesignPoint> looks_like;  ///< in phase question: the pose that fits best
-  bool lies_as_before = false;            ///< the cube still lies as at the last reading
+  bool lies_as_before = false;            ///< true: it lies as it did at the last reading
   std::vector<CubeTurn> turns;            ///< turns from the present to the wanted pose
   double stillness = 0.0;                 ///< scatter divided by its limit; still if at most 1
-  double progress = 0.0;                  ///< completed part of the dwell time, 0 .. 1
+  double progress = 0.0;                  ///< completed part of the duration, 0 .. 1
   double dwell_s = 0.0;
   double rate_hz = 0.0;
   bool automatic = true;
@@ -151,14 +151,14 @@ struct SessionView {
   std::optional<double> remaining_s;
   std::optional<Eigen::Vector2d> slope;  ///< slope of the table from the readings so far [rad]
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
-  /// Standard uncertainty of a direction predicted for the end of the session [deg], the largest
-  /// over all directions.
+  /// Prediction for the end of the session: standard uncertainty of a measured direction [deg], for
+  /// the worst direction.
   std::optional<double> forecast_deg;
   std::vector<SessionAlarm> alarms;
-  std::vector<int> suspects;                ///< runs that later readings contradict
+  std::vector<int> suspects;                ///< numbers of readings that later readings contradict
   std::vector<std::string> result;          ///< at the end: verdict and warnings
-  std::vector<SessionOutcome> outcomes;     ///< at the end: coefficients, one for each instrument
-  std::optional<FreeView> free;             ///< progress of a FreeSession; nullopt with a cube
+  std::vector<SessionOutcome> outcomes;     ///< at the end: one result for each instrument
+  std::optional<FreeView> free;             ///< progress of a FreeSession, otherwise nullopt
   std::optional<FieldLevel> present_level;  ///< field level at the last reading
 };
 
@@ -166,9 +166,10 @@ struct SessionView {
 /// interface.
 ///
 /// For each point of the sheet, the session waits until the cube was moved and is still again. It
-/// averages the samples over the dwell time, and starts again after a knock or a drift. It compares
-/// the reading with the predictions for all 24 poses (PoseModel), stores it in the journal, and
-/// only then reports it as captured. At the end it calibrates and suggests readings to retake.
+/// averages the samples over the duration of a reading. After a knock or a drift, the average is
+/// started again. The session compares the reading with the predictions for all 24 poses
+/// (PoseModel), stores it in the journal, and only then reports it as captured. At the end it
+/// calibrates and suggests readings to retake.
 ///
 /// The same samples and commands give the same readings.
 class Session final : public LiveSession {

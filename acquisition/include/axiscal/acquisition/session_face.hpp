@@ -27,8 +27,8 @@ class SessionFace {
   /// @return the commands since the last call. Must not block.
   virtual std::vector<SessionCommand> commands() = 0;
 
-  /// Displays the result of a session. If a person uses this face, it returns after the person has
-  /// answered.
+  /// Displays the result of a session. If a person uses this face, the function returns after the
+  /// person has answered.
   /// @param files  the output files of the session.
   /// @return true if the person wants another session.
   [[nodiscard]] virtual bool conclude(const SessionView& /*view*/,
@@ -58,8 +58,8 @@ class SessionFace {
 ///
 /// A recording may end before the session does. A person can then finish or stop the session.
 /// Without a person, the session finishes with the readings so far. If no face can receive
-/// commands, a session that waits for an answer ends after some seconds: a review is finished, and
-/// in other phases the session stops and can be resumed.
+/// commands, a session that waits for an answer ends after some seconds. If it waits in the review,
+/// it accepts the result; in other phases it stops and can be resumed.
 /// @param unattended  true if no person answers.
 /// @param reviewed    called each time a review begins, so that the caller can store results before
 ///                    a person answers; may be empty.

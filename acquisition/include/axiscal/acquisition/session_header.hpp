@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// The start of a session: the first line of its journal.
+/// The content of the first line of a session's journal.
 struct SessionHeader {
   std::string directory;               ///< working directory; file names are relative to it
   std::vector<std::string> arguments;  ///< arguments of the command line

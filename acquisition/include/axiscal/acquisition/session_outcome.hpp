@@ -13,13 +13,13 @@ struct SessionOutcome {
   std::string slot;                            ///< slot in an assembly; empty without one
   std::string status;                          ///< "ok", "warning", "refused"
   std::string verdict;                         ///< one sentence
-  std::vector<std::string> head;               ///< "axis", "bias [V]", "Sx [V/g]", ...
+  std::vector<std::string> head;               ///< column titles: "axis", "bias [V]", "Sx [V/g]"
   std::vector<std::vector<std::string>> rows;  ///< the axis, then "0.01196 \u00b1 0.00027", ...
 };
 
 [[nodiscard]] SessionOutcome outcome_of(const Calibration& calibration);
 
-/// An output file of a session, as the page offers it for download.
+/// An output file of a session, which the web page offers for download.
 struct SessionFile {
   std::string name;   ///< "cal.html", without its folder
   std::string label;  ///< "Report"

@@ -27,8 +27,8 @@ struct SimulationSetup {
   double rate_hz = 100.0;
   double speed = 0.0;                    ///< speed relative to real time; 0: as fast as possible
   Eigen::Vector2d slope{0.003, -0.002};  ///< slope of the table [rad]
-  double error_rate = 0.0;               ///< probability that the person lays the cube wrong
-  double knock_rate = 0.0;               ///< probability that the cube is knocked after it was laid
+  double error_rate = 0.0;               ///< probability that the person places the cube wrong
+  double knock_rate = 0.0;               ///< probability of a knock after the cube was placed
   double placement_sd_rad = 2e-5;        ///< repeatability of the cube's orientation
   double sensitivity = 1.0;              ///< approximate sensitivity [unit per g]
   std::optional<double> temperature;     ///< adds a channel `temperature` [degC]
@@ -41,9 +41,9 @@ struct SimulatedMistake {
   bool was_warned = false;  ///< true if the session warned before it asked for the next point
 };
 
-/// A source with a simulated instrument. The simulated person lays the cube as requested, or wrong
-/// with the probability error_rate; after a warning, the person lays it right. Sample times are
-/// simulated times.
+/// A source with a simulated instrument. The simulated person places the cube as requested, except
+/// for mistakes with the probability error_rate. After a warning, the person corrects the mistake.
+/// Sample times are simulated times.
 class SimulatedSource final : public Source {
  public:
   SimulatedSource(std::string name, const SimulationSetup& setup);
@@ -56,8 +56,8 @@ class SimulatedSource final : public Source {
 
   void set_free_motion(bool by_rests) override;
 
-  /// Simulates the axes, units and field of an experiment, with the requested levels. If the
-  /// direction of the field is unknown, it is drawn at random from the seed.
+  /// Simulates the axes, units and field of an experiment, at the requested field levels. If the
+  /// direction of the field is unknown, a random direction is drawn; it depends on the seed.
   /// @throws SetupError  for a field that moves, because a simulation lacks the time of day.
   void play(const Experiment& experiment) override;
 
@@ -88,7 +88,7 @@ class SimulatedSource final : public Source {
   FieldLevel level_;
   TableField in_table_;  // the field in the table
   DesignPoint lies_{Face::minus_z, Face::plus_y};
-  Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // rotation table from positioner
+  Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // rotation_table_from_positioner
   Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();
   double moves_from_s_ = -1.0;
   double moves_until_s_ = -1.0;

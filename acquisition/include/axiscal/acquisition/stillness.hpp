@@ -15,8 +15,8 @@ namespace axiscal {
 
 struct StillnessOptions {
   double window_s = 0.5;  ///< length of the sliding window for the scatter
-  /// Standard deviation of one sample at rest, m entries [unit]; empty: learned from the quietest
-  /// windows.
+  /// Standard deviation of one sample at rest, m entries [unit]. If empty, it is learned from the
+  /// quietest windows.
   Eigen::VectorXd noise_sd;
   double factor = 4.0;  ///< largest ratio of scatter to noise at rest
 };
@@ -62,12 +62,12 @@ class Stillness {
   /// @return the noise floor, m entries [unit]; 0 while it is unknown.
   [[nodiscard]] const Eigen::VectorXd& floor() const { return floor_; }
 
-  /// @return the smallest observed change of a value, m entries [unit]: an upper limit of the
-  ///         converter's step; infinite until a value changes.
+  /// @return the smallest observed change of each axis, m entries [unit]. It is an upper limit of
+  ///         the step of the A/D converter. It is infinite until a value changes.
   [[nodiscard]] const Eigen::VectorXd& step() const { return step_; }
 
-  /// @return the time since the noise floor last fell by half [s]. While this time is short, no
-  ///         first reading should be taken.
+  /// @return the time since the noise floor last fell by half [s]. While it is short, the floor is
+  ///         not yet reliable, so that no first reading should be taken.
   [[nodiscard]] double floor_age_s() const { return last_s_ - floor_fell_s_; }
 
   /// The time and the number of samples during which the value of an axis has not changed.
@@ -92,7 +92,7 @@ class Stillness {
   StillnessOptions options_;
   Eigen::Index axes_;
   std::deque<Sample> window_;
-  std::size_t stride_ = 1;  // each stride_-th sample is put into the window, to limit its size
+  std::size_t stride_ = 1;  // every stride_-th sample enters the window, to limit its size
   std::size_t skipped_ = 0;
   std::size_t since_sums_ = 0;
   Eigen::VectorXd reference_;  // subtracted from values before they are summed

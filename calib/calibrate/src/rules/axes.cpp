@@ -11,7 +11,7 @@ namespace {
 void find_axes(const JudgedRun& run, Warnings& found) {
   if (run.calibration.sensor.instrument.one_sided ||
       run.calibration.sensor.response.bias.size() > 3) {
-    return;  // such axes may have any direction
+    return;  // one-sided axes, and more than three axes, may have any direction
   }
   for (Eigen::Index k = 0; k < run.calibration.sensor.response.bias.size(); ++k) {
     const std::optional<int> nominal = nominal_axis(run.calibration.sensor.instrument, k);

@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// Probability of a false alarm over a whole run.
+// Permitted probability of a false alarm in a run.
 constexpr double false_lack_of_fit = 1e-3;
 
 void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
@@ -21,7 +21,7 @@ void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
   }
   const std::vector<LackOfFit>& tests = statistics_of(run).lack_of_fit;
   for (std::size_t k = 0; k < tests.size(); ++k) {
-    // The p-value is NaN if the test was impossible; then no warning is given.
+    // If the test was impossible, the p-value is NaN, and there is no warning.
     if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
       found.add(
           WarningCode::lack_of_fit, {},

@@ -24,7 +24,7 @@ std::vector<int> runs_of_face(const JudgedRun& run, const LevelnessEstimate& est
 
 void find_levelness(const JudgedRun& run, Warnings& found) {
   if (run.searched || run.mistakes.culprit) {
-    return;  // the search for mistakes judged each reading
+    return;  // the search for mistakes has already tested each reading
   }
   const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
   if (!levelness || !levelness->suspect) {

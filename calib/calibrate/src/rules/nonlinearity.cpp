@@ -18,7 +18,8 @@ void find_nonlinearity(const JudgedRun& run, Warnings& found) {
   // saturation counts as an explanation.
   const bool explained =
       run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated;
-  // If readings scatter more along the field, the ends of the response also scatter more.
+  // If the scatter of an axis increases with the field along it, the ends of the response scatter
+  // more than the middle. The test is then stricter.
   const std::vector<ScatterComponent>& components = run.calibration.fit.statistics->components;
   const bool is_noisy_at_ends =
       std::any_of(components.begin(), components.end(),

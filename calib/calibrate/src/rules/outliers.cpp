@@ -16,8 +16,8 @@ namespace {
 
 // Permitted probability of a false alarm in a run with normal noise.
 constexpr double false_outlier = 1e-4;
-// Permitted probability of a false alarm in a run whose noise has heavy tails, as estimated from
-// the run's own residuals.
+// Permitted probability of a false alarm in a run whose noise has heavy tails. The distribution of
+// the noise is estimated from the residuals of the run.
 constexpr double false_by_its_company = 0.01;
 
 struct Outlier {
@@ -117,7 +117,7 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
 
 void find_outliers(const JudgedRun& run, Warnings& found) {
   if (run.searched || run.mistakes.culprit) {
-    return;  // the search for mistakes judged each reading
+    return;  // the search for mistakes has already tested each reading
   }
   if (std::optional<CalibrationWarning> outliers = warning_of_outliers(run.calibration)) {
     found.all.push_back(std::move(*outliers));

@@ -15,10 +15,11 @@
 namespace axiscal {
 namespace {
 
-// Residual scatter above this part of the full response is a mistake, not noise.
+// If the residuals scatter by more than this part of the full response, the cause is probably a
+// mistake, not noise.
 constexpr double largest_residual_share = 0.02;
 
-// Returns the run numbers of the readings with robust weight 0 for an axis.
+// Returns the run numbers of the readings to which robust regression gave weight 0 for an axis.
 std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   std::set<int> runs;
   for (Eigen::Index i = 0; i < statistics_of(run).robust_weight.rows(); ++i) {
@@ -30,7 +31,7 @@ std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   return runs;
 }
 
-// Returns true if the field can be set, and a column for its level is missing.
+// Returns true if the field can be set, but the readings have no column for its level.
 bool lacks_level(const JudgedRun& run) {
   const std::vector<FieldDescription>& parts = run.calibration.sensor.field.parts;
   const FieldKind& kind = field_kind(run.calibration.sensor.field.kind);
@@ -64,7 +65,7 @@ std::string other_reasons(const JudgedRun& run) {
 void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   double error =
       run.calibration.fit.orientations ? run.calibration.fit.orientations->fit_error : 0.0;
-  if (run.calibration.fit.robust) {  // without the readings of robust weight 0
+  if (run.calibration.fit.robust) {  // readings of robust weight 0 are not counted
     error = statistics_of(run).residual_sd.maxCoeff() / full_response(run, 0);
   }
   // Above this error, the readings were not taken at rest in one field.

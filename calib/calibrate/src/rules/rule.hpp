@@ -14,65 +14,65 @@
 
 namespace axiscal {
 
-/// The direction of the field has a large standard error.
+/// Warns if the direction of the field has a large standard error.
 [[nodiscard]] WarningRule uncertain_direction_rule();
 
-/// Two directions of the field fit equally well.
+/// Warns if two directions of the field fit equally well.
 [[nodiscard]] WarningRule two_solutions_rule();
 
-/// The search for the readings to which the one-sided axes respond does not converge.
+/// Warns if the search for the readings that one-sided axes can use did not converge.
 [[nodiscard]] WarningRule one_sided_unsettled_rule();
 
-/// The orientations leave a large gap.
+/// Warns if the orientations leave a large part of the sphere without readings.
 [[nodiscard]] WarningRule gap_rule();
 
-/// No reading has a field component along an axis.
+/// Warns if the field has no component along an axis in any reading.
 [[nodiscard]] WarningRule unseen_axes_rule();
 
-/// The search for mistakes found one.
+/// Warns if the search for mistakes found one.
 [[nodiscard]] WarningRule mistake_rule();
 
-/// One rest face shows another slope of the table than the other faces.
+/// Warns if the slope of the table measured on one rest face disagrees with the other faces.
 [[nodiscard]] WarningRule levelness_rule();
 
-/// Single readings are outliers, and no search for mistakes was made.
+/// Warns of outliers if the readings were not searched for mistakes.
 [[nodiscard]] WarningRule outliers_rule();
 
-/// A sensitivity has a large standard error.
+/// Warns if a sensitivity has a large standard error.
 [[nodiscard]] WarningRule uncertain_sensitivity_rule();
 
-/// The residuals are large.
+/// Warns if the residuals are large.
 [[nodiscard]] WarningRule poor_fit_rule();
 
-/// The slope of the table differs between blocks.
+/// Warns if the slope of the table differs between blocks.
 [[nodiscard]] WarningRule moved_table_rule();
 
-/// An axis senses mostly along another axis, or with reversed sign.
+/// Warns if an axis senses mainly the nominal component of another axis, or with reversed sign.
 [[nodiscard]] WarningRule axes_rule();
 
-/// The readings deviate from the model by more than repeated readings differ.
+/// Warns if the readings deviate from the model by more than repeated readings scatter.
 [[nodiscard]] WarningRule lack_of_fit_rule();
 
-/// The response is not linear.
+/// Warns if the response is not linear.
 [[nodiscard]] WarningRule nonlinearity_rule();
 
-/// Opposite readings (same rest face, opposite fence faces) contradict the given direction of the
-/// field.
+/// Warns if opposite readings (same rest face, opposite fence faces) contradict the stated
+/// direction of the field.
 [[nodiscard]] WarningRule slope_rule();
 
-/// Method paired left out readings without an opposite reading.
+/// Warns if method paired left out readings that have no opposite reading.
 [[nodiscard]] WarningRule unpaired_rule();
 
-/// The fields that the readings state have another length than the field's magnitude.
+/// Warns if the magnitude of the fields stated with the readings differs from the stated magnitude.
 [[nodiscard]] WarningRule field_magnitude_rule();
 
-/// The design is ill-conditioned.
+/// Warns if the design is ill-conditioned.
 [[nodiscard]] WarningRule condition_rule();
 
-/// The number of readings equals the number of coefficients.
+/// Warns if there are only as many readings as coefficients.
 [[nodiscard]] WarningRule no_redundancy_rule();
 
-/// Several readings of an axis stop at one value.
+/// Warns if an axis is saturated: several of its readings stop at the same value.
 [[nodiscard]] WarningRule saturated_rule();
 
 [[nodiscard]] inline const FitStatistics& statistics_of(const JudgedRun& run) {
@@ -83,7 +83,7 @@ namespace axiscal {
   return run.calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
 }
 
-/// @return |S_k| F of an axis [unit].
+/// @return the full response of an axis, |S_k| F [unit].
 [[nodiscard]] double full_response(const JudgedRun& run, Eigen::Index k);
 
 /// @return true if the readings determine the sensitivity of an axis to its nominal component.

@@ -7,7 +7,7 @@
 namespace axiscal {
 namespace {
 
-// Finds axes whose readings stop at one value although the predictions are beyond this value.
+// Warns of axes whose readings stop at one value although values beyond it are predicted.
 void find_saturated(const JudgedRun& run, Warnings& found) {
   for (const SaturatedAxis& axis : run.tests.saturated) {
     found.add(

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double false_slope = 0.005;
 
-// Returns the stated standard uncertainty of the field's components along the table's x and y,
-// divided by the field's magnitude.
+// Returns the stated standard uncertainty of the slope: of the field's components along the table's
+// x and y, divided by the field's magnitude.
 double stated_slope_u(const JudgedRun& run) {
   double variance = 0.0;
   if (run.calibration.fit.uncertainty) {
@@ -25,9 +25,9 @@ double stated_slope_u(const JudgedRun& run) {
   return std::sqrt(variance);
 }
 
-// Tests by F(2, nu) whether opposite readings (same rest face, opposite fence faces) show another
-// slope than the given field. The variance of the difference is the variance of the measured slope
-// plus the stated variance.
+// Tests whether the slope measured by opposite readings (same rest face, opposite fence faces)
+// differs from the slope of the stated field. It is an F(2, nu) test. The variance of the
+// difference is the variance of the measured slope plus the stated variance.
 void find_slope(const JudgedRun& run, Warnings& found) {
   const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
   if (!method_kind(run.calibration.fit.method).directions_known || !levelness ||
@@ -44,7 +44,7 @@ void find_slope(const JudgedRun& run, Warnings& found) {
   constexpr double rounding = 1e-9;
   const double p = f_upper_p(0.5 * (off.square() / all).sum(), 2.0,
                              levelness->degrees_of_freedom / (share * share));
-  // p is NaN for zero degrees of freedom; then no warning is given.
+  // With zero degrees of freedom, p is NaN, and there is no warning.
   if (off.abs().maxCoeff() > rounding && p < false_slope) {
     found.add(
         WarningCode::slope, {},

@@ -6,7 +6,8 @@
 namespace axiscal {
 namespace {
 
-// Above this standard error, the direction of the field is unknown, and therefore S too.
+// If the standard error of the field's direction is above this limit, the direction counts as
+// unknown, and so do the sensitivities S.
 constexpr double largest_direction_se_rad = 0.05;
 
 void find_uncertain_direction(const JudgedRun& run, Warnings& found) {

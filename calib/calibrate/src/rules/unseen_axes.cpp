@@ -9,8 +9,8 @@
 namespace axiscal {
 namespace {
 
-// Warns of axes whose sensitivity to the nominal component is undetermined. A partial design may
-// determine only the cross-axis terms of an axis.
+// Warns of axes whose sensitivity to their nominal component is not determined. With a partial
+// design, only the cross-axis sensitivities of an axis may be determined.
 void find_unseen_axes(const JudgedRun& run, Warnings& found) {
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < run.calibration.sensor.response.bias.size(); ++k) {

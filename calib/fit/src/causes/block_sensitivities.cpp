@@ -19,19 +19,19 @@
 namespace axiscal {
 namespace {
 
-// The sensitivities of each block, from its readings only; each block has its own bias.
+// The results of separate fits of the blocks. Each block has its own biases and sensitivities.
 struct BlockFits {
   std::vector<Eigen::Matrix3Xd> S;             // 3 x m for each block: the sensitivities
-  std::vector<Eigen::MatrixXd> unit_variance;  // 3 x m for each block: variances of S if the noise
-                                               // is 1
+  std::vector<Eigen::MatrixXd> unit_variance;  // 3 x m for each block: variances of the elements of
+                                               // S, for noise of variance 1
   Eigen::VectorXd squares;                     // m: sums of squares of the residuals
-  Eigen::VectorXd free;                        // m: their degrees of freedom
+  Eigen::VectorXd free;                        // m: degrees of freedom of the residuals
 
-  // The blocks that determine an entry well. A block without a pair of opposite faces determines
-  // some entries only through the slope of the table.
+  // Returns the blocks that determine an element of S well. A block without a pair of opposite
+  // faces determines some elements only through the slope of the table.
   [[nodiscard]] std::vector<std::size_t> blocks_that_determine(Eigen::Index component,
                                                                Eigen::Index axis) const {
-    constexpr double worse = 9.0;  // ratio of variances; the standard errors differ threefold
+    constexpr double worse = 9.0;  // limit of the variance, relative to that of the best block
     double least = unit_variance.front()(component, axis);
     for (const Eigen::MatrixXd& own : unit_variance) {
       least = std::min(least, own(component, axis));
@@ -46,7 +46,7 @@ struct BlockFits {
   }
 };
 
-// The weighted mean of one entry of S over the blocks that determine it. The weights are those of
+// The weighted mean of one element of S over the blocks that determine it. The weights are those of
 // DerSimonian and Laird (1986); they include the noise of a block and the scatter between blocks.
 // The variance of the mean is that of Hartung and Knapp (2001). If all blocks are equally accurate,
 // the result is the plain mean with its usual variance.
@@ -154,9 +154,10 @@ BlockFits fit_blocks(const Fit& run, const Estimate& estimate) {
   return fits;
 }
 
-// Entries of S that are tested together.
+// Elements of S that are tested together.
 struct Entries {
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> all;  // component and axis
+  // Each element is a pair: the component of the field, and the axis.
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> all;
   double p_value = 1.0;  // probability of such differences between blocks by chance
 
   void add(Eigen::Index component, Eigen::Index axis) { all.emplace_back(component, axis); }
@@ -165,7 +166,7 @@ struct Entries {
 // Returns the p-value of a test for rotations of S between blocks. Such rotations occur, for
 // example, if the instrument is mounted again for each block.
 double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eigen::VectorXd& s2) {
-  std::vector<std::size_t> blocks(fits.S.size());  // the blocks that determine all nine entries
+  std::vector<std::size_t> blocks(fits.S.size());  // the blocks that determine all of S
   std::iota(blocks.begin(), blocks.end(), std::size_t{0});
   for (Eigen::Index entry = 0; entry < 9; ++entry) {
     const std::vector<std::size_t> good = fits.blocks_that_determine(entry % 3, entry / 3);
@@ -184,7 +185,7 @@ double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eige
                            0.5 * (W(1, 0) - W(0, 1)));
   };
   double squares = 0.0;
-  double expected = 0.0;  // mean square from the readings' noise, summed over three components
+  double expected = 0.0;  // mean square of the rotation that the readings' noise causes
   for (const std::size_t b : blocks) {
     squares += turn_of(inverse * (Eigen::Matrix3d(fits.S[b].transpose()) - S)).squaredNorm();
     for (Eigen::Index k = 0; k < 3; ++k) {
@@ -209,8 +210,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   if (fits.S.size() < 2) {
     return false;
   }
-  // All blocks share the directions of the field. The degrees of freedom of these directions are
-  // subtracted from the axes in equal parts.
+  // The blocks share the fitted directions of the field. The number of parameters of these
+  // directions is subtracted in equal parts from the degrees of freedom of the axes.
   fits.free.array() -=
       static_cast<double>(run.column_count() - set.column_count() * m) / static_cast<double>(m);
   Eigen::VectorXd s2 = fits.squares.cwiseQuotient(fits.free);
@@ -219,7 +220,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   }
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(3, m);
   Eigen::MatrixXd mean_square = Eigen::MatrixXd::Zero(3, m);
-  std::vector<EntryMean> entries;  // axis by axis, three components each
+  std::vector<EntryMean> entries;  // in the order of the axes; three components for each axis
   double fewest_blocks = static_cast<double>(fits.S.size());
   for (Eigen::Index k = 0; k < m; ++k) {
     for (Eigen::Index l = 0; l < 3; ++l) {
@@ -238,7 +239,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   }
   estimate.blocks.sensitivity_mean_square = mean_square.transpose();
   estimate.blocks.sensitivity_degrees_of_freedom = fewest_blocks - 1.0;
-  // The groups: all main entries; all cross-axis entries; then both for each axis separately.
+  // Group 0 has the main sensitivities of all axes, and group 1 the cross-axis terms of all axes.
+  // Then each axis has two groups: its main sensitivity, and its cross-axis terms.
   std::vector<Entries> groups(2 + 2 * static_cast<std::size_t>(m));
   for (Eigen::Index k = 0; k < m; ++k) {
     Eigen::Index main = 0;
@@ -267,8 +269,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     }
     group.p_value = f_upper_p(std::max(sum / free_of_blocks, 1e-300), free_of_blocks, free);
   }
-  // If the differences of a group are not significant, the fit with one S for all blocks is equally
-  // accurate and has shorter intervals.
+  // If the blocks do not differ significantly in a group, the fit with one S for all blocks is
+  // kept. It is equally accurate and has shorter intervals.
   constexpr double all_differ_below = 0.25;
   constexpr double one_differs_below = 0.1;
   WiderIntervals wider("block_sensitivities", estimate);
@@ -280,7 +282,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     for (const auto& [l, k] : groups[g].all) {
       const EntryMean& one = entry(l, k);
       if (one.blocks >
-          1.0) {  // if only one block determines the entry, the fit of all readings is better
+          1.0) {  // if only one block determines the element, the fit of all readings is better
         estimate.response.sensitivity(k, l) = one.mean;
         wider.widen(p * k + 1 + l, one.variance, one.blocks - 1.0);
         wider.widen(p * k + 1 + l, one.within, fits.free(k));

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// The bias of each block minus the mean of all blocks, for each axis; B x m.
+// Returns for each block and axis the bias of the block minus the mean over all blocks; B x m.
 Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate) {
   const RunEffects& effects = set.effects;
   if (effects.has_block_columns()) {
@@ -32,7 +32,7 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const auto found = place.find(set.readings[static_cast<std::size_t>(i)].block);
     if (found == place.end()) {
-      continue;  // a small block of repeated readings
+      continue;  // the reading belongs to a small block, which is not counted
     }
     const Eigen::Index block = found->second;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -56,7 +56,7 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
   return shifts;
 }
 
-// A mean square of the blocks' biases about their mean.
+// The mean square of the blocks' biases about their mean, for one axis.
 struct BlockSquare {
   double mean_square = 0.0;
   double degrees_of_freedom = 0.0;

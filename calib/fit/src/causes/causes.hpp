@@ -5,31 +5,35 @@
 
 namespace axiscal {
 
-/// Errors that readings share: uncertain inputs, and the seat of the cube.
+/// Returns the cause for errors that readings share. They come from uncertain input quantities and
+/// from the seat of the cube.
 [[nodiscard]] Cause inputs_and_seats_cause();
 
-/// The turn of the instrument in each mount.
+/// Returns the cause for rotations of the instrument from mount to mount.
 [[nodiscard]] Cause mounts_cause();
 
-/// Soaks that do not lie on the polynomials over temperature.
+/// Returns the cause for soaks (readings at one temperature level) that deviate from the
+/// polynomials in temperature.
 [[nodiscard]] Cause soaks_cause();
 
-/// Rounding steps of the readings that are wider than their noise.
+/// Returns the cause for readings whose rounding step is wider than their noise.
 [[nodiscard]] Cause rounding_cause();
 
-/// Errors that the readings of a laying or of a pose share.
+/// Returns the cause for errors that consecutive readings at one design point share, or that all
+/// readings of a pose share.
 [[nodiscard]] Cause poses_cause();
 
-/// Biases that differ from block to block.
+/// Returns the cause for biases that differ between blocks.
 [[nodiscard]] Cause blocks_cause();
 
-/// Sensitivities that differ from block to block.
+/// Returns the cause for sensitivities that differ between blocks.
 [[nodiscard]] Cause block_sensitivities_cause();
 
-/// Noise that differs along the field and across it, and a field whose magnitude varies slowly.
+/// Returns the cause for noise that differs between the directions along and across the field, and
+/// for a field whose magnitude varies slowly.
 [[nodiscard]] Cause field_scatter_cause();
 
-/// Consecutive readings that are correlated.
+/// Returns the cause for correlation of consecutive readings.
 [[nodiscard]] Cause correlation_cause();
 
 }  // namespace axiscal

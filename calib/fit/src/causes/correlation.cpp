@@ -12,9 +12,9 @@
 namespace axiscal {
 namespace {
 
-// Returns the readings in order, for the test of correlation. The design omits the columns of the
-// blocks, because shifts between blocks are a kind of correlation. Returns nullopt if the weights
-// differ, or if there are too few readings.
+// Returns the readings in their order, for the test of correlation. The design omits the columns of
+// the blocks, because shifts between blocks are a kind of correlation. Returns nullopt if the
+// readings have different weights, or if there are too few readings.
 std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Estimate& estimate) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -70,7 +70,7 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
       std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
                   [](const ScatterComponent& one) { return one.name == "soaks"; });
   if (has_soaks || set.robust || set.seen.cols() > 0) {
-    return;  // the cause 'soaks' already counts readings that share the deviation of their soak
+    return;  // the cause 'soaks' already includes the error that the readings of a soak share
   }
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
   const double score = ordered ? lag_one_score(*ordered) : 0.0;

@@ -17,11 +17,11 @@
 namespace axiscal {
 namespace {
 
-// The ratio of the mean squares of two parts of the residuals r. With a diagonal matrix D of
-// weights between 0 and 1, the sums of squares of the parts are r' D r and r' (1 - D) r. For white
-// noise the ratio has approximately an F distribution. The degrees of freedom of the first part
-// follow from the traces of Z and Z^2 with Z = M D M, where M is the projection onto the residual
-// space; those of the second part follow in the same way with 1 - D.
+// The ratio of the mean squares of two parts of the residuals r. D is a diagonal matrix of weights
+// between 0 and 1. The sums of squares of the parts are r' D r and r' (1 - D) r. For white noise
+// the ratio has approximately an F distribution. The degrees of freedom of the first part are
+// trace(Z)^2 / trace(Z^2) with Z = M D M; M is the projection onto the residual space. Those of the
+// second part are computed in the same way from 1 - D.
 struct NoiseRatio {
   double ratio = 1.0;
   double above = 1.0;  // probability of a larger ratio by chance
@@ -39,8 +39,9 @@ NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other) {
   return result;
 }
 
-// The hat matrix of an axis in a fit is K K^T with K = [Q, P]. Q is the basis of its own columns,
-// and P contains its rows of the basis of the shared columns.
+// A factor K of the hat matrix K K^T of one axis, with K = [Q, P]. Q is an orthonormal basis of the
+// columns that only this axis has. P contains this axis's rows of the basis of the columns that all
+// axes share.
 struct AxisHat {
   AxisHat(const Fit& run, Eigen::Index k)
       : Q(run.basis_of_axis(k)),
@@ -52,18 +53,19 @@ struct AxisHat {
   Eigen::ArrayXd leverage;
 };
 
-// The squared residuals of an axis.
+// Returns the squared residuals of an axis.
 auto squares_of_axis(const Fit& run, Eigen::Index k) {
   return run.residuals()(run.rows_of_axis(k)).array().square();
 }
 
-// The blocks of K^T W K of an axis; W contains the weights of its rows.
+// The blocks of the matrix K^T W K of one axis, with K = [Q, P] of AxisHat. W is the diagonal
+// matrix of the weights of the axis's rows.
 struct WeightedHat {
   WeightedHat(const AxisHat& axis, const Eigen::ArrayXd& weights)
       : own(Eigen::MatrixXd::Zero(axis.Q.cols(), axis.Q.cols())),
         across(Eigen::MatrixXd::Zero(axis.Q.cols(), axis.P.cols())),
         shared(Eigen::MatrixXd::Zero(axis.P.cols(), axis.P.cols())) {
-    constexpr Eigen::Index rows_at_once = 4096;  // all at once would be a second copy of Q
+    constexpr Eigen::Index rows_at_once = 4096;  // all rows at once would need a second copy of Q
     for (Eigen::Index from = 0; from < weights.size(); from += rows_at_once) {
       const Eigen::Index rows = std::min(rows_at_once, weights.size() - from);
       const auto Q = axis.Q.middleRows(from, rows);
@@ -78,7 +80,7 @@ struct WeightedHat {
     }
   }
 
-  // Returns the sum of squares of the own block and of both cross blocks.
+  // Returns the sum of the squared elements of three blocks: Q^T W Q, Q^T W P and P^T W Q.
   [[nodiscard]] double squares_of_own() const {
     return own.squaredNorm() + 2.0 * across.squaredNorm();
   }
@@ -103,15 +105,16 @@ NoiseRatio ratio_of_axis(const Fit& run, Eigen::Index k, const Eigen::VectorXd& 
   const Eigen::ArrayXd along = cosines.array().square() * used;
   WeightedHat of_hat(axis, along);
   const double squares_along = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
-  // For the part across the field, subtract K^T K, in which Q^T Q is 1 and Q^T P is 0. The sign
-  // does not matter.
+  // The part across the field has the weights 1 - cos^2. The matrix for these weights is K^T K
+  // minus the matrix for cos^2. In K^T K, Q^T Q is the unit matrix and Q^T P is 0. The sign of the
+  // difference does not matter, because only squares of its elements are used.
   of_hat.own.diagonal().array() -= 1.0;
   of_hat.shared -= axis.P.transpose() * axis.P;
   const double squares_across = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
   return ratio_of(part_of(along, squares_along), part_of(used - along, squares_across));
 }
 
-// The cosine of the angle between each axis and the field, reading by reading; n x m.
+// Returns the cosine of the angle between the field and each axis, for each reading; n x m.
 Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
   Eigen::MatrixXd cosines(run.readings(), run.axes());
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
@@ -123,16 +126,17 @@ Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
   return cosines;
 }
 
-// The sandwich estimate of a coefficient's variance, with its degrees of freedom. It is valid if
-// the noise differs between readings. It is a weighted sum of the squared residuals. A squared
-// residual has the weight (influence / (1 - leverage))^2; a common factor makes the sum unbiased
+// The sandwich estimate of a coefficient's variance, with its degrees of freedom. It remains valid
+// if the variance of the noise differs between readings. It is a weighted sum of the squared
+// residuals. Each weight is (influence / (1 - leverage))^2. A common factor makes the sum unbiased
 // for white noise.
 struct Sandwich {
   double variance = 0.0;
   double degrees_of_freedom = 0.0;
 };
 
-// The common part of the sandwich estimates of a run's coefficients.
+// Computes sandwich estimates for the coefficients of a run. The object holds the matrices that all
+// estimates need.
 class Sandwiches {
  public:
   explicit Sandwiches(const Fit& run) : run_(run) {
@@ -191,10 +195,10 @@ class Sandwiches {
 // The residuals of each reading, projected on the direction in which a change of the field's
 // magnitude moves them.
 struct AlongField {
-  Eigen::VectorXd size;         // n: length of the response to the field, in sigma
+  Eigen::VectorXd size;         // n: norm of the response to the field, in units of the noise
   Eigen::MatrixXd directions;   // n x m: the unit vector of this direction for each reading
   Eigen::VectorXd deviations;   // n: residuals projected on the directions
-  Eigen::MatrixXd hat_root;     // n x q: K; K K^T is the hat matrix of the deviations
+  Eigen::MatrixXd hat_root;     // n x q: a root K of the hat matrix K K^T of the deviations
   Eigen::MatrixXd hat_squares;  // q x q: K^T K
 };
 
@@ -349,8 +353,8 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
 }
 
 CountedEstimate counted_field_scatter(const ScatterAnalysisInput& run, CountedEstimate so_far) {
-  // Averages of opposite positions do not show the noise along the field. Rounding errors look like
-  // noise.
+  // The test is omitted in two cases. Averages of opposite positions do not show the noise along
+  // the field. Coarse rounding errors look like noise.
   if (!run.is_transfer() && !run.method.averages_pairs &&
       !is_coarsely_rounded(run.fitted.set(), run.experiment.stated.resolution,
                            so_far.estimate.statistics.residual_sd)) {

@@ -26,7 +26,7 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
   const double nu = 3.0 * (count - 1.0);
   const Eigen::Index m = estimate.response.bias.size();
   const Eigen::Index p = statistics.covariance.rows() / m;
-  // The degrees of freedom of each axis without its share of the rotations.
+  // The degrees of freedom of each axis, reduced by its share of the fitted rotations.
   const Eigen::VectorXd left = statistics.degrees_of_freedom.array() - nu / static_cast<double>(m);
   if (!(left.minCoeff() > 0.5)) {
     return false;

@@ -5,8 +5,8 @@
 
 namespace axiscal {
 
-/// A part of a run's noise: the residuals r with a diagonal matrix D of weights. P is the
-/// projection onto the residual space.
+/// A part of a run's noise. It contains the residuals r with weights, which are the elements of a
+/// diagonal matrix D. P is the projection onto the residual space.
 struct PartOfNoise {
   double squares = 0.0;          // r' D r
   double trace = 0.0;            // trace of P D P
@@ -27,10 +27,11 @@ struct Gate {
   double above_of_axis = has_few ? 0.10 : 0.03;
 };
 
-/// The score above which add_field_wander() fits models of the noise.
+/// The 95 % quantile of the standard normal distribution. add_field_wander() fits models of
+/// correlated noise if its score is larger.
 inline constexpr double one_sided_5_percent = 1.645;
 
-/// The least number of readings for which these causes are examined.
+/// The least number of readings for the tests in add_field_noise() and add_field_wander().
 inline constexpr Eigen::Index fewest_looked_at = 8;
 
 }  // namespace axiscal

@@ -13,16 +13,17 @@
 namespace axiscal {
 namespace {
 
-// The mean square of the deviations of means from the fit, for one axis. The test compares it with
-// the mean square of the readings about these means.
+// The mean square of the deviations of means from the fit, for one axis. The means are averages
+// over consecutive readings at one design point, or over all readings of a pose. A test compares
+// the mean square with that of the readings about these means.
 struct MeanSquares {
   double between = 0.0;
   double degrees_of_freedom = 0.0;
   double p_value = 1.0;  // p-value of the ratio of `between` to the mean square about the means
 };
 
-// Computes the mean square of the means over layings, for each axis. The result is empty if no
-// laying has several readings.
+// Computes for each axis the mean square of the means over consecutive readings at one design
+// point. The result is empty if no two consecutive readings are at the same design point.
 std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estimate) {
   const Layings layings = average_layings(set, estimate);
   const FitStatistics& statistics = estimate.statistics;
@@ -44,8 +45,8 @@ std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estim
   return axes;
 }
 
-// Computes the mean square of the means over poses, for each axis. The result is empty if poses
-// were not laid several times.
+// Computes for each axis the mean square of the means over poses. The result is empty if no pose
+// was repeated.
 std::vector<MeanSquares> of_poses(const FitStatistics& statistics) {
   std::vector<MeanSquares> axes;
   for (const LackOfFit& test : statistics.lack_of_fit) {
@@ -75,8 +76,8 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
       dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
-// Computes the intervals from the mean square of the means, if this is clearly larger than the mean
-// square of the readings.
+// If the mean square of the means is clearly larger than that of the readings, computes the
+// intervals from it.
 // @return true if an interval became longer.
 bool widen_by(const std::vector<MeanSquares>& axes,
               const std::string& name,
@@ -104,13 +105,14 @@ bool widen_by(const std::vector<MeanSquares>& axes,
   return wider.put();
 }
 
-// All readings of one laying have the same laying error. All readings of one pose have the same
-// pose error, for example from dirt under a foot, from a cable or from the cube. With such errors
-// the means scatter more than the readings about them do, and the means determine the uncertainty.
+// Lengthens intervals if readings share errors. Consecutive readings at one design point share the
+// error of the cube's seat. All readings of one pose may share an error, for example from dirt
+// under a foot, from a cable or from the cube. The means of such readings then scatter more than
+// the readings scatter about them, and the scatter of the means determines the uncertainty.
 CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   Estimate& estimate = so_far.estimate;
   const FitStatistics& statistics = estimate.statistics;
-  // The covariance may already contain such errors: seats, mounts, soaks or uncertain inputs.
+  // The covariance may already include shared errors of seats, mounts, soaks or uncertain inputs.
   // A mistake in a reading looks like an error of its pose.
   const bool is_weighed = !so_far.weighed.empty() || !statistics.components.empty();
   if (is_weighed || run.has_mistake || run.is_transfer() || run.experiment.fit.robust ||

@@ -37,13 +37,15 @@ Eigen::MatrixXd counted_steps(const ReadingSet& set,
 }
 
 constexpr double wide =
-    0.4;  // noise below this fraction of a step does not average out the rounding error
+    0.4;  // limit of the noise, in steps; smaller noise does not average out the rounding error
 
 // The poses of one axis, with the mean of its readings in each pose.
 struct Poses {
   std::vector<Eigen::Index> first;  // first reading of each pose
   Eigen::VectorXd mean;
-  double scatter = 0.0;  // sd of a reading within a pose, or of the fit if there are no repeats
+  // Standard deviation of the readings within a pose. If no pose has repeats, it is that of the
+  // residuals of the fit.
+  double scatter = 0.0;
 };
 
 Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Index axis, double s) {
@@ -81,14 +83,14 @@ Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Inde
   return poses;
 }
 
-// The variances of an axis's coefficients, if all readings that round to the same digit have the
-// same rounding error.
+// The variances of an axis's coefficients, computed for rounding errors that are equal in all
+// readings with the same rounded value.
 struct RoundedFit {
   Eigen::VectorXd variance;
   double degrees_of_freedom = 0.0;
 };
 
-// Fits the means of the poses; nullopt if they do not determine the coefficients.
+// Fits the means of the poses. Returns nullopt if they do not determine the coefficients.
 // @param map   the matrix that converts coefficients of the design's columns to those of the model.
 // @param step  the rounding step of each pose.
 std::optional<RoundedFit> fit_poses(const Poses& poses,
@@ -224,8 +226,8 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
     if (!(poses.scatter < wide * step) || step <= 4.0 * set.rounding(k)) {
       continue;
     }
-    // The columns include the field's direction, which takes part of the information from the
-    // coefficients. For a transfer the direction is known.
+    // The columns include those of the field's fitted direction, because fitting it makes the
+    // coefficients less certain. In a transfer the direction is known.
     const bool is_transfer = set.seen.cols() > 0;
     if (!is_transfer && !run) {
       run.emplace(of, estimate);

@@ -14,16 +14,16 @@
 namespace axiscal {
 namespace {
 
-constexpr double same_above = 0.25;  // p-value above which soaks scatter no more than their
-                                     // readings explain
-constexpr double told_below = 0.01;  // p-value for all axes together below which a note is added
+constexpr double same_above = 0.25;  // p-value above which the noise of the readings explains the
+                                     // scatter of the soaks
+constexpr double told_below = 0.01;  // a note is added if the p-value of all axes is smaller
 
 // The powers of the soaks' mean temperatures, and an orthonormal basis of the directions
 // perpendicular to these powers.
 struct Soaks {
-  Eigen::MatrixXd powers;   // L x (order + 1)
+  Eigen::MatrixXd powers;   // L x (order + 1), for L soaks
   Eigen::MatrixXd across;   // L x q, orthonormal
-  Eigen::MatrixXd of_unit;  // (powers^T powers)^-1
+  Eigen::MatrixXd of_unit;  // covariance of polynomial coefficients for deviations of variance 1
 };
 
 Soaks soaks_of(const ReadingSet& set) {
@@ -158,9 +158,9 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   statistics.covariance = of_readings + of_components;
   fill_intervals(statistics);
   put_intervals(statistics);
-  // The component adds the variance of each coefficient that the scatter of the soaks causes. An
-  // interval becomes longer only if the interval from this scatter, without the noise of the
-  // readings, is longer.
+  // The component contains the part of each coefficient's variance that the scatter of the soaks
+  // causes. The mean square of the soaks gives a second interval for each coefficient. If this
+  // interval is longer, it replaces the one from the readings.
   ScatterComponent component{.name = "soaks",
                              .sd = Eigen::VectorXd::Zero(m),
                              .unit = {},

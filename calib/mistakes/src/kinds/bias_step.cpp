@@ -34,7 +34,8 @@ int block_at(const SuspectRun& run, std::size_t at) {
   return run.set().readings[run.order()[at]].block;
 }
 
-// The position in run.order() after the last reading of the block that contains position `at`.
+// Returns the position in run.order() after the last reading of the block that contains position
+// `at`.
 std::size_t end_of_block(const SuspectRun& run, std::size_t at) {
   std::size_t end = at;
   while (end < run.count() && block_at(run, end) == block_at(run, at)) {

@@ -13,7 +13,7 @@ constexpr std::array drift_advice = {
     MistakeAdvice{.code = WarningCode::drift,
                   .one = "Let the instrument warm up, and take the readings in random order."}};
 
-// The columns for a linear drift of each axis's bias over the run.
+// Returns the columns for a linear drift of each axis's bias over the run.
 Eigen::MatrixXd drift_columns(const SuspectRun& run) {
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), run.m());
   for (std::size_t at = 0; at < run.count(); ++at) {

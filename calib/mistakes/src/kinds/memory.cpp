@@ -14,7 +14,8 @@ constexpr std::array memory_advice = {MistakeAdvice{
     .code = WarningCode::memory,
     .one = "Exercise the instrument over its whole range before each reading, and wait longer."}};
 
-constexpr double memory_range = 0.05;  // largest fraction of a change that a reading keeps
+// Largest fraction of the difference from the previous reading that may remain in a reading.
+constexpr double memory_range = 0.05;
 
 // Returns the columns for hysteresis, one for each axis. With hysteresis, a reading keeps a part of
 // the previous reading. The entries are the previous reading minus the present one, in units of the

@@ -44,7 +44,7 @@ std::vector<std::size_t> extremes(const SuspectRun& run, Eigen::Index axis, bool
   return extremes(sensed_by(fit, axis, field_design(run.set(), fit.field)), top);
 }
 
-// The column for a common shift of the readings at one end of an axis's range.
+// Returns the column for a common shift of the readings at one end of an axis's range.
 Eigen::MatrixXd extreme_columns(const SuspectRun& run, Eigen::Index axis, bool top) {
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 1);
   for (const std::size_t i : extremes(run, axis, top)) {
@@ -67,7 +67,7 @@ HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) 
   return std::abs(fit.added(0)) > both_ends * step ? fit : HypothesisFit{};
 }
 
-// The number of ends: two for each axis.
+// Returns the number of ends of ranges: two for each axis.
 double count_of_ends(const SuspectRun& run) {
   return 2.0 * static_cast<double>(run.m());
 }

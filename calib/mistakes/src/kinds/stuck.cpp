@@ -12,7 +12,7 @@ namespace {
 constexpr std::array stuck_advice = {
     MistakeAdvice{.code = WarningCode::stuck, .one = "Take the reading again."}};
 
-// This number is added to the log-likelihood, because no other mistake makes all digits of two
+// Number that is added to the log-likelihood, because no other mistake makes all digits of two
 // readings equal.
 constexpr double sure = 200.0;
 constexpr std::size_t most_repeats = 3;

@@ -17,8 +17,8 @@ constexpr std::array table_moved_advice = {MistakeAdvice{
            "readings before and after the move different block numbers, and fit one slope of the "
            "table for each block (level by block)."}};
 
-// Returns the derivative of one reading with respect to a turn of the field in the table, one row
-// for each axis.
+// Returns the derivative of one reading with respect to a rotation of the field in the table's
+// frame, about two axes perpendicular to the field. Each axis of the instrument has one row.
 Eigen::MatrixX2d table_rows(const SuspectRun& run,
                             std::size_t i,
                             const TableField& field,
@@ -49,10 +49,10 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
   return Z;
 }
 
-// Returns the reduction of the sum of squares if the table moved before the reading at a cut, to
-// first order; one entry for each cut. The columns of a cut have one reading more than the columns
-// of the next cut. Therefore their products with the basis and with the residuals are computed as
-// running sums.
+// Returns for each cut the reduction of the sum of squares, to first order. A cut is the position
+// in run.order() of the first reading after a movement of the table. The columns of a cut have one
+// reading more than the columns of the next cut. Therefore their products with the basis and with
+// the residuals are computed as running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 2);
@@ -75,8 +75,8 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
   return drops;
 }
 
-// Returns the cuts to fit. If a run has too many cuts, these are the ones that reduce the sum of
-// squares most. If the field is known, there are none.
+// Returns the cuts to fit. If a run has too many cuts, only those that reduce the sum of squares
+// most are returned. If the field is known, there are none.
 std::vector<std::size_t> cuts_of(const SuspectRun& run) {
   std::vector<std::size_t> all;
   for (std::size_t cut = 1; cut < run.count() && !run.fitter().known_field(); ++cut) {

@@ -13,7 +13,7 @@ constexpr std::array tilted_seat_advice = {MistakeAdvice{
     .one = "Look for grit under a foot or a gap between cube and fence, and take the reading "
            "again."}};
 
-// The fit with the direction of the field turned in reading i only.
+// Returns the fit with a rotation of the field's direction in reading i only.
 HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
   const auto row = static_cast<Eigen::Index>(i);
   if (run.set().field.is_dark(run.set().readings[i].level)) {
@@ -34,8 +34,8 @@ HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
       });
 }
 
-// If the run has few readings, the worst readings are fitted with a tilt. If it has many, nothing
-// is done, because deletion_p() tests each reading against the others.
+// Fits a tilt to each of the worst readings if the run has few readings. If the run has many
+// readings, deletion_p() tests each reading against the others, and no tilt is fitted.
 void detect_tilt(const SuspectRun& run, const Consider& consider) {
   constexpr std::size_t most_tried = 3;
   if (!run.has_independent_readings()) {

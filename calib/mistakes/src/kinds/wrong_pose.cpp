@@ -19,7 +19,7 @@ constexpr std::array wrong_pose_advice = {MistakeAdvice{
 // block does not contain its opposite point.
 constexpr double repeated_point = 5.0;
 
-// The words for a wrong pose, for example "rest -Y instead of +Y (upside down)".
+// Returns the words for a wrong pose, for example "rest -Y instead of +Y (upside down)".
 std::string pose_words(const DesignPoint& stated, const DesignPoint& point, bool has_fence) {
   const auto face = [](Face f) { return std::string(face_name(f)); };
   const bool same_rest = stated.rest() == point.rest();

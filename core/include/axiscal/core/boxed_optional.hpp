@@ -9,8 +9,8 @@
 
 namespace axiscal {
 
-/// An optional value on the heap, for members that few objects have. It has the size of a pointer
-/// and the interface of std::optional.
+/// An optional value on the heap, for a member that is empty in most objects. It has the size of a
+/// pointer and the interface of std::optional.
 template <typename T>
 class BoxedOptional {
  public:

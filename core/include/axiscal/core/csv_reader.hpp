@@ -15,8 +15,8 @@
 
 namespace axiscal {
 
-/// Reads comma-separated text row by row in constant memory, from files larger than memory or
-/// pipes.
+/// Reads comma-separated text row by row in constant memory. The source may be a pipe, or a file
+/// that is larger than the memory.
 ///
 /// The format is RFC 4180 with a header row, in UTF-8 with or without byte order mark, with LF or
 /// CRLF. Empty lines and lines that start with `#` are skipped. Blanks around a cell are removed.
@@ -35,7 +35,7 @@ class AXISCAL_EXPORT CsvReader {
   /// Complete lines, unchanged from the file.
   struct Lines {
     std::vector<char> text;
-    std::size_t first_line = 0;  ///< number of the first line, from 1
+    std::size_t first_line = 0;  ///< line number of the first line, counted from 1
   };
 
   /// The largest length of a row [bytes]. A longer row is an error, because the file is probably
@@ -51,8 +51,8 @@ class AXISCAL_EXPORT CsvReader {
   ///                    repeated.
   CsvReader(Source source, std::string path, Quotes quotes = Quotes::span_lines);
 
-  /// Makes a reader for a table without a header, whose first row already contains readings. Only
-  /// next() reads from `source`.
+  /// Makes a reader for a table without a header, whose first row already contains readings. The
+  /// constructor does not read from `source`.
   /// @param source, path, quotes  as for the first constructor.
   /// @param header                the columns' names.
   CsvReader(Source source,
@@ -60,7 +60,7 @@ class AXISCAL_EXPORT CsvReader {
             std::vector<std::string> header,
             Quotes quotes = Quotes::span_lines);
 
-  /// Makes a reader for `lines`, the result of `of.take_lines()`. It has the columns of `of`.
+  /// Makes a reader for the lines that of.take_lines() returned. It has the same columns as `of`.
   CsvReader(const CsvReader& of, Lines lines);
 
   /// Replaces the names of the columns.
@@ -138,7 +138,7 @@ class AXISCAL_EXPORT CsvReader {
   std::string header_text_;
   std::string_view text_;
   std::vector<std::string_view> cells_;
-  std::string unquoted_;                                     // all cells of a row that has quotes
+  std::string unquoted_;                                     // cells of a quoted row, concatenated
   std::vector<std::pair<std::size_t, std::size_t>> pieces_;  // start and length of each cell
   std::string defect_;
 };

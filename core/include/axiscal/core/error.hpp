@@ -81,7 +81,7 @@ class AXISCAL_EXPORT RefusedError : public Error {
   using Error::Error;
 };
 
-/// A design that does not determine all parameters.
+/// A set of readings that does not determine all parameters.
 class AXISCAL_EXPORT RankDeficientError : public RefusedError {
  public:
   /// @param what          the message; it should name the missing input.

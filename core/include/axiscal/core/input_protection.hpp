@@ -33,8 +33,8 @@ AXISCAL_EXPORT void protect_input(int descriptor);
 AXISCAL_EXPORT void protect_input(const struct stat& status);
 
 /// Checks that an output does not replace a remembered file.
-/// @param path  the path of the output. If no such file exists, nothing is thrown.
-/// @throws InputOverwriteError  if this run has read or written the file.
+/// @param path  the path of the output. If no file has this path, the check succeeds.
+/// @throws InputOverwriteError  if this program has read or written the file.
 AXISCAL_EXPORT void forbid_replacing_input(const std::string& path);
 
 /// The same check for an open file that is written in place, such as standard output.
@@ -42,8 +42,8 @@ AXISCAL_EXPORT void forbid_replacing_input(const std::string& path);
 /// @param name        the file's name in the message.
 AXISCAL_EXPORT void forbid_replacing_input(int descriptor, const std::string& name);
 
-/// Forgets a file that this run has written, so that the run can write it again. For example, a
-/// session writes its results again at its end. A file that was read stays protected.
+/// Forgets a file that this program has written, so that the program can write it again. For
+/// example, a session writes its results again at its end. A file that was read stays protected.
 AXISCAL_EXPORT void allow_rewriting(const std::string& path);
 
 /// Remembers a written file, so that a later output of the same name does not replace it.

@@ -39,8 +39,8 @@ inline constexpr std::size_t number_text_size = 32;
 /// @return one past the last character written.
 AXISCAL_EXPORT char* write_number(char* first, double value) noexcept;
 
-/// Writes a number with `decimals` decimals, several times as fast as write_number(); -0 is written
-/// as 0.
+/// Writes a number with a fixed number of decimals, several times as fast as write_number(); -0 is
+/// written as 0.
 ///
 /// The value is multiplied by a power of ten and then rounded. If the product is halfway between
 /// two integers, to within its rounding error, either integer may be written. If the product is
@@ -48,7 +48,7 @@ AXISCAL_EXPORT char* write_number(char* first, double value) noexcept;
 ///
 /// @param first     a buffer of at least number_text_size characters.
 /// @param value     a finite number.
-/// @param decimals  0 to 15.
+/// @param decimals  number of digits after the decimal point, 0 to 15.
 /// @return one past the last character written.
 AXISCAL_EXPORT char* write_decimals(char* first, double value, int decimals) noexcept;
 

@@ -12,12 +12,13 @@ namespace axiscal {
 
 /// An output file that is either replaced completely or not changed.
 ///
-/// A regular file is written in the folder of its target: without a name if the system supports
-/// that (O_TMPFILE), otherwise under a temporary name. commit() flushes it to the disk and renames
-/// it. Symbolic links are followed. Without commit() the target does not change. Other targets
-/// (`/dev/null`, a pipe, `-` for standard output) are written directly. Temporary files of killed
-/// runs are removed from the folder; their names contain the process id. While an InputProtection
-/// exists, files that were read as input are not replaced.
+/// If the target is a regular file, the content is first written to another file in its folder.
+/// That file has no name if the system supports this (O_TMPFILE), otherwise a temporary name.
+/// commit() flushes it to the disk and gives it the target's name. Without commit() the target does
+/// not change. Symbolic links are followed. Other targets (`/dev/null`, a pipe, `-` for standard
+/// output) are written directly. Temporary files that a killed process left in the folder are
+/// removed; their names contain the process id. While an InputProtection exists, files that were
+/// read as input are not replaced.
 class AXISCAL_EXPORT OutputFile {
  public:
   enum class Mode {
@@ -65,8 +66,8 @@ class AXISCAL_EXPORT OutputFile {
   std::size_t handed_to_disk_ = 0;
 };
 
-/// Writes a file completely or not at all. If the reader of standard output has closed the pipe, it
-/// does not throw, so that the exit status does not change.
+/// Writes a file completely or not at all. If the process that reads standard output has closed the
+/// pipe, the function does not throw, so that the exit status does not change.
 /// @throws OutputError, InputOverwriteError  as OutputFile.
 AXISCAL_EXPORT void write_whole_file(const std::string& path, std::string_view content);
 

@@ -19,8 +19,8 @@ namespace axiscal {
 /// Random numbers that are identical with every compiler if the seed is the same.
 ///
 /// The engine is std::mt19937_64, whose output the standard defines. The standard does not define
-/// the output of its distributions, so this class does not use them. It draws normals by the
-/// Box-Muller method, which is as exact as log, sin and cos, and integers by rejection.
+/// the output of its distributions, so this class does not use them. It draws normal numbers by the
+/// Box-Muller method, which is as exact as log, sin and cos. It draws integers by rejection.
 class AXISCAL_EXPORT RandomStream {
  public:
   /// @param seed    any number; the same seed gives the same stream.

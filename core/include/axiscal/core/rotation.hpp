@@ -28,7 +28,7 @@ namespace axiscal {
 /// Kabsch, Acta Cryst. A 32 (1976) 922: R = U diag(1, 1, det(U V^T)) V^T.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M);
 
-/// The smallest rotation that takes the direction of `from` to the direction of `to`.
+/// Returns the smallest rotation that takes the direction of `from` to the direction of `to`.
 ///
 /// @param from  any non-zero vector, any frame.
 /// @param to    any non-zero vector in the same frame; not opposite to `from`.
@@ -39,17 +39,16 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d smallest_rotation(const Eigen::Vector3d& from,
                                                                const Eigen::Vector3d& to);
 
-/// The rotation from the local horizon (east, north, up) to the frame of a level table (method.md,
-/// section 2).
+/// Returns the rotation from the local horizon (east, north, up) to the frame of a level table
+/// (method.md, section 2).
 ///
-/// @param fence_azimuth_rad  azimuth of the table's y axis, along the fence, clockwise from north
-///                           [rad].
+/// @param fence_azimuth_rad  azimuth of the table's y axis, clockwise from north [rad].
 /// @return rotation_table_from_enu, 3 x 3; the identity if the y axis points north.
 /// @throws DomainError  if the azimuth is not finite.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_table_from_enu(double fence_azimuth_rad);
 
-/// The rotation from the frame of a level table to the frame of the same table with a slope. It is
-/// the smallest rotation that takes (0, 0, 1) to (x, y, sqrt(1 - x^2 - y^2)).
+/// Returns the rotation from the frame of a level table to the frame of the same table with a
+/// slope. It is the smallest rotation that takes (0, 0, 1) to (x, y, sqrt(1 - x^2 - y^2)).
 ///
 /// @param slope  (x, y): the components of a vertical unit vector along the sloping table's x and y
 ///               axes. For small angles they are the slope in radians.
@@ -57,7 +56,7 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_sloping_from_level(
     const Eigen::Vector2d& slope);
 
-/// Two unit vectors perpendicular to a direction and to each other.
+/// Returns two unit vectors that are perpendicular to a direction and to each other.
 ///
 /// @param direction  any non-zero vector.
 /// @return 3 x 2; its columns and the direction, in this order, are right-handed.

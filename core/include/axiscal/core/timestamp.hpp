@@ -19,12 +19,12 @@ namespace axiscal {
 /// How to read an ambiguous date such as 10/9/2011: the month is first in America, the day
 /// elsewhere.
 enum class UnclearDays {
-  month_first,  ///< 9 October, as American instruments write
+  month_first,  ///< 10/9/2011 is 9 October, the form of American instruments
   refused,
 };
 
-/// Reads a time as instruments and spreadsheets write it: ISO 8601, and 2011/10/09 10:25:00:500,
-/// 27.03.2026 14:08:06,818, 10/9/2011 1:05:00.5 PM, 14:08:06.
+/// Reads a time in ISO 8601 or in a form that instruments and spreadsheets write:
+/// 2011/10/09 10:25:00:500, 27.03.2026 14:08:06,818, 10/9/2011 1:05:00.5 PM, 14:08:06.
 ///
 /// @param unclear  how to read a date with slashes in which either number may be the month.
 /// @return seconds since 1970-01-01T00:00:00 UTC; for a time without a date, seconds since
@@ -42,14 +42,15 @@ enum class UnclearDays {
 /// @return the present time [s since 1970-01-01 UTC].
 [[nodiscard]] AXISCAL_EXPORT double seconds_now();
 
-/// @return the creation time for outputs: the environment variable SOURCE_DATE_EPOCH if it is set
-///         (reproducible-builds.org), else the present time. output_seconds() returns seconds since
-///         1970-01-01 UTC, output_timestamp() returns text in the form of timestamp_now().
+/// @return the creation time for outputs. It is the time in the environment variable
+///         SOURCE_DATE_EPOCH (reproducible-builds.org) if that is set, otherwise the present time.
+///         output_seconds() returns seconds since 1970-01-01 UTC; output_timestamp() returns text
+///         in the form of timestamp_now().
 [[nodiscard]] AXISCAL_EXPORT double output_seconds();
 [[nodiscard]] AXISCAL_EXPORT std::string output_timestamp();
 
 /// @param time_s  seconds since 1970-01-01 UTC, or since the start of a recording.
-/// @return true if the time counts from 1970. This is assumed if it would be in the year 2000 or
+/// @return true if the time is taken as seconds since 1970, because it is then in the year 2000 or
 ///         later.
 [[nodiscard]] AXISCAL_EXPORT bool is_utc(double time_s);
 
@@ -64,8 +65,8 @@ enum class UnclearDays {
 /// Converts a clock's number to seconds. Phones and computers count seconds, milliseconds,
 /// microseconds or nanoseconds since 1970; these numbers are now about 1e9, 1e12, 1e15 and 1e18.
 ///
-/// @return the time [s]. A number below 1e11 is already in seconds, because 1e11 seconds are the
-///         year 5138.
+/// @return the time [s]. A number below 1e11 is taken as seconds, because 1e11 seconds since 1970
+///         are the year 5138.
 [[nodiscard]] AXISCAL_EXPORT double seconds_of_clock(double number);
 
 }  // namespace axiscal

@@ -11,8 +11,8 @@ namespace axiscal {
 /// A constant field that is given as a vector, for example a measured field or the field of a lamp.
 class AXISCAL_EXPORT CustomField final : public ReferenceField {
  public:
-  /// A field whose magnitude or vector the experiment states. Without both, its magnitude is 1 if
-  /// its unit is "1".
+  /// A field whose magnitude or vector the experiment states. If it states neither and the unit is
+  /// "1", the magnitude is 1.
   CustomField() = default;
 
   /// @param value_in_enu  the field [unit], frame enu; not zero.

@@ -13,16 +13,18 @@
 
 namespace axiscal {
 
-/// The start values of a fit of the field's direction.
+/// Start values for fitting the field's direction.
 struct AXISCAL_EXPORT FieldStart {
-  /// False if the direction at the site is known but the fence's azimuth is not.
+  /// True if the heading of the field in the table is known. It is unknown if the field's direction
+  /// at the site is known but the fence's azimuth is not.
   bool has_heading = true;
-  /// A vector in the table's frame, of any length, that selects the sign of the field f. (S and f
-  /// fit the readings as well as -S and -f.) The fit takes the sign for which f and this vector
-  /// have a positive scalar product. If this vector is zero, the expected sign of S decides.
+  /// A vector in the table's frame, of any length, that selects the sign of the fitted field f.
+  /// (The sensitivities S with f fit the readings as well as -S with -f.) The fit takes the sign
+  /// for which f and this vector have a positive scalar product. If this vector is zero, the
+  /// expected sign of S decides.
   Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();
-  /// Directions towards the lamps if there are several, frame table. An axis that is sensitive on
-  /// one side responds to the sum of the lamps only if all lamps are on that side.
+  /// Unit vectors towards the lamps, frame table; empty if no lamps are stated. An axis that is
+  /// sensitive on one side responds to the sum of the lamps only if all lamps are on that side.
   std::vector<Eigen::Vector3d> lamps;
 };
 
@@ -34,23 +36,23 @@ struct AXISCAL_EXPORT FieldDescription {
   /// The name by which readings state the level of this part; may be empty.
   std::string name;
   std::string unit = "1";                   ///< unit of magnitude and in_table
-  double magnitude = 1.0;                   ///< F at level 1 [unit]
-  double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]; 0: not stated
-  std::string model;                        ///< "wgs84", "wmm2025", ...; empty without a model
-  std::optional<double> local_gravity;      ///< m/s^2 per g, for a field in g
-  double local_gravity_u = 0.0;             ///< its standard uncertainty [m/s^2]; 0: not stated
+  double magnitude = 1.0;                   ///< magnitude of the field at level 1 [unit]
+  double magnitude_u = 0.0;                 ///< standard uncertainty of `magnitude`; 0: not stated
+  std::string model;                        ///< model's name, e.g. "wgs84"; empty without a model
+  std::optional<double> local_gravity;      ///< value of 1 g [m/s^2], for a field in g
+  double local_gravity_u = 0.0;             ///< standard uncertainty [m/s^2] of `local_gravity`
   std::optional<Eigen::Vector3d> in_table;  ///< given or fitted vector at level 1 [unit]
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< covariance of in_table [unit^2]
   double in_table_degrees_of_freedom = 0.0;            ///< degrees of freedom of the covariance
   std::optional<Site> site;                            ///< site for which the field was computed
-  std::string date;                                    ///< date as given; may be empty for gravity
+  std::string date;                                    ///< date as stated; empty if not stated
   std::vector<FieldDescription> parts;                 ///< parts of a sum; otherwise empty
 
   bool set_by_level = true;  ///< true for an induced field: a reading's level multiplies it
-  bool turning = false;      ///< true if the table turns about this field: then, except at level 0,
-                             ///< only the other parts' components along this axis remain
-  bool free_length = false;  ///< true if its magnitude is unknown and is fitted
-  FieldStart start;          ///< start values for a fit of its direction
+  bool turning = false;      ///< true if this is the rotation of the table; unless its level is 0,
+                             ///< only the components of the other parts along its axis count
+  bool free_length = false;  ///< true if the magnitude is unknown and is fitted
+  FieldStart start;          ///< start values for fitting the direction
 
   /// @return the field at a level [unit], frame table: `level` times in_table. For a sum, the level
   ///         applies to the induced parts.
@@ -63,7 +65,7 @@ struct AXISCAL_EXPORT FieldDescription {
   [[nodiscard]] const std::string& level_name() const { return name.empty() ? kind : name; }
 };
 
-/// @return the sum of the parts in the unit of the first part; the field itself for one part.
+/// @return the sum of the parts, in the unit of the first part. A single part is returned as it is.
 [[nodiscard]] AXISCAL_EXPORT FieldDescription sum_of(std::vector<FieldDescription> parts);
 
 }  // namespace axiscal

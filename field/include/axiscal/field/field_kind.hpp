@@ -16,19 +16,19 @@ namespace axiscal {
 /// uses these properties instead of comparing names.
 struct FieldKind {
   std::string_view name;
-  std::span<const std::string_view> units;  ///< allowed units, first the default; empty: any text
-  bool local = false;                       ///< true if it exists at a site and no one can set it
-  bool vertical = false;      ///< true if it points up at every site, so that a fit finds the slope
-  bool along_normal = false;  ///< true if it is parallel to the normal of a level table
-  bool rotation = false;      ///< true if it is an angular rate
-  bool dated = false;         ///< true if its model depends on the date
-  /// The smallest and greatest magnitude that the field has on the Earth [first of `units`]. If
-  /// both are 0, any magnitude is possible.
+  std::span<const std::string_view> units;  ///< allowed units, the default first; empty: any unit
+  bool local = false;         ///< true if the field exists at a site and no one can set it
+  bool vertical = false;      ///< true if the field points up; a fit then finds the table's slope
+  bool along_normal = false;  ///< true if the field is parallel to the normal of a level table
+  bool rotation = false;      ///< true if the field is an angular rate
+  bool dated = false;         ///< true if the field's model depends on the date
+  /// Smallest and greatest magnitude of the field on the Earth, in the first of `units`. If both
+  /// are 0, any magnitude is possible.
   double least_magnitude = 0.0;
   double greatest_magnitude = 0.0;
-  /// Members that a file may have only for this kind, e.g. "model".
+  /// JSON members that a field of this kind may have besides those of every field, e.g. "model".
   std::span<const std::string_view> members;
-  /// Makes a field of this kind that has no inputs yet; null if files cannot state this kind.
+  /// Creates a field of this kind without inputs; null if a file cannot state this kind.
   std::shared_ptr<ReferenceField> (*make)() = nullptr;
 };
 

@@ -11,18 +11,18 @@
 
 namespace axiscal {
 
-/// The factor by which a reading multiplies the induced field: one number for all induced parts, or
-/// different numbers for named parts.
+/// The factor that multiplies the induced field during a reading: one number for all induced parts,
+/// or different numbers for named parts.
 class AXISCAL_EXPORT FieldLevel {
  public:
-  /// Levels of parts, by the parts' names.
+  /// The level of each named part; the key is the part's name.
   using OfParts = std::map<std::string, double, std::less<>>;
 
   /// Makes one level for all induced parts. The constructor is not explicit, because most fields
   /// have only one level.
   FieldLevel(double of_all = 1.0) : of_all_(of_all) {}  // NOLINT(google-explicit-constructor)
 
-  /// @param of_parts   levels by the parts' names.
+  /// @param of_parts   level of each named part.
   /// @param of_others  level of the induced parts that are not in `of_parts`.
   explicit FieldLevel(OfParts of_parts, double of_others = 1.0);
 

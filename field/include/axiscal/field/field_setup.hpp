@@ -41,19 +41,19 @@ struct AXISCAL_EXPORT FieldSetup {
       : FieldSetup(std::shared_ptr<const ReferenceField>(
             std::make_shared<const Field>(std::move(field)))) {}
 
-  std::shared_ptr<const ReferenceField> of;  ///< the field; null: not stated
-  std::string name;  ///< readings state its level in the column level.NAME; may be empty
-  std::optional<FieldRole> role;  ///< default: the role of the kind
+  std::shared_ptr<const ReferenceField> of;  ///< the field; null if it is not stated
+  std::string name;  ///< NAME in the readings' column level.NAME for this field; may be empty
+  std::optional<FieldRole> role;  ///< local or induced; nullopt for the usual role of the kind
   /// Unit of the numbers below. If it is empty, the first of these that exists is used: the kind's
   /// first unit in which the stated magnitude is possible; the unit() of `of`; the unit of the
-  /// readings, if the kind has it and no number is stated (not for gravity); the kind's default
-  /// unit.
+  /// readings, if the kind has this unit and no number is stated (not for gravity); the kind's
+  /// default unit.
   std::string unit;
-  std::optional<double> magnitude;          ///< F [unit]; default: see resolve_field()
-  bool magnitude_unknown = false;           ///< true: it is fitted; that of another part is known
-  double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
+  std::optional<double> magnitude;          ///< magnitude [unit]; nullopt: see resolve_field()
+  bool magnitude_unknown = false;           ///< true if the magnitude is to be fitted
+  double magnitude_u = 0.0;                 ///< standard uncertainty of the magnitude [unit]
   std::optional<Eigen::Vector3d> in_table;  ///< the field's vector [unit], frame table
-  std::vector<FieldSetup> others;           ///< further local and induced parts of the sum
+  std::vector<FieldSetup> others;           ///< the other parts, local or induced, of a sum
 
   /// Adds a part.
   FieldSetup& operator+=(FieldSetup part);
@@ -63,8 +63,8 @@ struct AXISCAL_EXPORT FieldSetup {
   /// @return the field's kind; empty if no field is stated.
   [[nodiscard]] std::string_view kind() const { return of ? of->kind() : std::string_view(); }
 
-  /// @return true if the field is made on the table: as `role` states, else as the field's
-  ///         is_induced() returns.
+  /// @return true if the field is made on the table. `role` decides this; if it is nullopt, the
+  ///         field's own is_induced() decides.
   [[nodiscard]] bool is_induced() const;
 
   /// @return the parts of a sum, this one first.
@@ -75,7 +75,7 @@ struct AXISCAL_EXPORT FieldSetup {
   [[nodiscard]] const FieldSetup* moving_part() const;
 };
 
-/// @param kind     name of the kind; empty: the result is null.
+/// @param kind     name of the kind. If it is empty, the result is null.
 /// @param members  names and values of further members that the kind has in files, e.g. {"model",
 ///                 "igrf14"}.
 /// @return a field of that kind.
@@ -99,29 +99,32 @@ AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& u
 
 /// Properties of the readings that are needed to resolve a field.
 struct FieldOccasion {
-  std::optional<double> time_s;   ///< time of the readings [s since 1970-01-01 UTC]; nullopt: the
-                                  ///< place's date is used
-  std::string reading_unit;       ///< unit of the readings; the field's default unit if no number
-                                  ///< of the field is stated
-  std::optional<double> largest;  ///< length of the largest field that the readings state [unit];
-                                  ///< it is the magnitude if no other is stated or computable
+  std::optional<double> time_s;   ///< time of the readings [s since 1970-01-01 UTC]; if nullopt,
+                                  ///< the table's date is used
+  std::string reading_unit;       ///< unit of the readings; the field gets it if no number of the
+                                  ///< field is stated
+  std::optional<double> largest;  ///< largest magnitude of the fields stated with the readings
+                                  ///< [unit], used if no magnitude is stated or computable
 };
 
 /// Computes the field from the inputs, before any reading is used. The result is a list of its
 /// parts in the unit of the first part.
 ///
-/// The magnitude is the stated one; else the length of in_table; else 1 for the units `g` and `1`;
-/// else from a model at the site and date, from the geometry of a coil, or from the sum of lamps.
-/// in_table is the stated vector; else the field at the site, rotated by the fence's azimuth and
-/// the known slope. The vector of a turntable is along the table's normal. If one part of a sum has
-/// a known magnitude, the magnitudes of other parts may be unknown.
+/// The magnitude is the stated one. If none is stated, it is the length of the stated in_table. If
+/// in_table is not stated either, the magnitude is computed from a model at the site and date, the
+/// geometry of a coil, or the sum of lamps. For the unit `g`, and for the unit `1` without lamps,
+/// it is then 1.
+///
+/// If in_table is not stated, it is the field at the site, rotated by the fence's azimuth and the
+/// known slope. The vector of a turntable is along the table's normal. If one part of a sum has a
+/// known magnitude, the magnitudes of other parts may be unknown.
 /// @throws SetupError    if kind or unit are not known, or a magnitude cannot be computed.
 /// @throws RefusedError  if place or date are outside a model's range, or the sun is below the
 ///                       horizon.
 [[nodiscard]] AXISCAL_EXPORT std::vector<FieldDescription> resolve_field(
     const FieldSetup& setup, const TablePlace& place, const FieldOccasion& occasion);
 
-/// As resolve_field(), for a field that is not a sum, e.g. one of an experiment's second fields.
+/// As resolve_field(), for a field that is not a sum, e.g. a second field (option --also).
 [[nodiscard]] AXISCAL_EXPORT FieldDescription resolve_part(const FieldSetup& part,
                                                            const TablePlace& place,
                                                            const FieldOccasion& occasion);
@@ -130,14 +133,15 @@ struct FieldOccasion {
 [[nodiscard]] AXISCAL_EXPORT FieldDescription
 describe_field(const TablePlace& place, const std::vector<FieldDescription>& parts);
 
-/// @return the rotation from enu to the table's frame, by the fence's azimuth and the slope.
+/// @return the rotation from enu to the table's frame, computed from the fence's azimuth and the
+///         slope.
 /// @param field  a field that moves; it is named in the error message.
 /// @throws SetupError  if the fence's azimuth is not stated.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
                                                                 const ReferenceField& field);
 
 /// The change of a moving field in the table: a matrix that turns the field's vector at one time
-/// into its vector at another time. It is a rotation times the ratio of their lengths.
+/// into its vector at another time. It is a rotation times the ratio of the two vectors' lengths.
 ///
 /// @param from_s, to_s  seconds since 1970-01-01, UTC.
 /// @return 3 x 3, frame table; the identity if the field does not move.

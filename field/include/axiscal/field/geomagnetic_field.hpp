@@ -14,13 +14,13 @@
 
 namespace axiscal {
 
-/// The uncertainty of a geomagnetic model at a place (standard deviations).
+/// Standard uncertainties of the field that a geomagnetic model computes for a place.
 struct AXISCAL_EXPORT GeomagneticUncertainty {
   Eigen::Vector3d in_enu_nT =
-      Eigen::Vector3d::Zero();  ///< standard uncertainty of each component, east, north, up
+      Eigen::Vector3d::Zero();  ///< standard uncertainties of the east, north and up components
   double magnitude_nT = 0.0;
   double inclination_rad = 0.0;
-  double declination_rad = 0.0;  ///< is greater for a steeper field
+  double declination_rad = 0.0;  ///< declination's uncertainty; it grows as the field gets steeper
 };
 
 /// A spherical harmonic model of the geomagnetic field.
@@ -29,8 +29,8 @@ struct AXISCAL_EXPORT GeomagneticUncertainty {
 /// SphericalHarmonic1 sums them, because it accepts arrays while MagneticModel accepts only files.
 /// So no file is read, written or downloaded. Any other name is a model that the user has installed
 /// for GeographicLib (`igrf14`, `emm2017`, ...); GeographicLib finds it by its own search path and
-/// environment variables. Create models of a degree above 12 before another thread evaluates a
-/// model, because GeographicLib then extends a table that all models share.
+/// environment variables. If a model has a degree above 12, create it before another thread
+/// evaluates any model, because its creation extends a table that all models share.
 class AXISCAL_EXPORT GeomagneticModel {
  public:
   /// @throws DataError  if no such model is installed; the message gives the folder that was
@@ -39,14 +39,15 @@ class AXISCAL_EXPORT GeomagneticModel {
 
   /// Computes the field at a place and time.
   ///
-  /// @param site  its height is above the WGS 84 ellipsoid.
+  /// @param site  the place, with its height above the WGS 84 ellipsoid.
   /// @param year  decimal year.
   /// @return field [nT], frame enu.
   /// @throws RefusedError  if height or year are outside the model's range; the message gives the
   ///                       range.
   [[nodiscard]] Eigen::Vector3d value_in_enu_nT(const Site& site, double year) const;
 
-  /// The model's uncertainty for a value of the field, as its authors published it.
+  /// Returns the model's uncertainty at a given value of the field, by the error model that the
+  /// model's authors published.
   ///
   /// @return nullopt if no error model is known for this model.
   /// @par Source
@@ -78,7 +79,7 @@ class AXISCAL_EXPORT GeomagneticModel {
 /// @endcode
 class AXISCAL_EXPORT GeomagneticField final : public ReferenceField {
  public:
-  /// The field by the built-in model, at the table's place and date.
+  /// The field computed by the built-in model for the table's site and date.
   GeomagneticField() = default;
 
   /// @param site   the place.
@@ -105,7 +106,7 @@ class AXISCAL_EXPORT GeomagneticField final : public ReferenceField {
   Eigen::Vector3d value_ = Eigen::Vector3d::Zero();
   std::string unit_;
   double magnitude_u_ = 0.0;
-  std::optional<Site> site_;  // the field's own site; nullopt: the table's site
+  std::optional<Site> site_;  // site of the field; nullopt if it is the table's site
   double year_ = 0.0;         // decimal year for site_
   std::string model_ = "wmm2025";
 };

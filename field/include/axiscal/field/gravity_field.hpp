@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// The specific force at rest by a model: gravity with the opposite sign.
+/// Computes the specific force on a body at rest, which is opposite to gravity, by a gravity model.
 ///
 /// @param model  "wgs84" (normal gravity, built in), or a gravity model ("egm96", "egm2008") that
 ///               is installed in GeographicLib's search path.
@@ -37,9 +37,9 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
 
   /// Gravity at a site by a model, in m/s^2.
   ///
-  /// WGS 84 normal gravity does not include local anomalies. Its error is a few 1e-4 m/s^2 (1
-  /// standard deviation), rarely above 1e-3. Only the vector's length is used, and its direction is
-  /// up, because the table is levelled by the plumb line.
+  /// WGS 84 normal gravity does not include local anomalies. The standard deviation of its error is
+  /// a few 1e-4 m/s^2; errors above 1e-3 m/s^2 are rare. Only the length of the model's vector is
+  /// used. The direction is up, because the table is levelled by the plumb line.
   /// @param site   the place.
   /// @param model  the gravity model, see gravity_in_enu().
   /// @throws DomainError  if a member of `site` is not finite or out of range.
@@ -70,8 +70,8 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
   double magnitude_ = 1.0;
   std::string unit_ = "g";
   double magnitude_u_ = 0.0;
-  bool is_measured_ = false;  // a magnitude was stated
-  std::optional<Site> site_;  // the field's own site; nullopt: the table's site
+  bool is_measured_ = false;  // true if the magnitude was stated
+  std::optional<Site> site_;  // site of the field; nullopt if it is the table's site
   std::string model_ = "wgs84";
 };
 

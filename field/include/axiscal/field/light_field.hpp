@@ -18,7 +18,8 @@ struct AXISCAL_EXPORT Lamp {
 /// @return the field of several lamps together: the sum of irradiance times unit direction [unit],
 ///         frame table. An axis with a cosine response that is lit by all lamps responds to this
 ///         sum.
-/// @throws DomainError  if the list is empty, or a lamp lacks its direction or irradiance.
+/// @throws DomainError  if the list is empty, a lamp's direction is zero, or its irradiance is not
+///                      positive.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps);
 
 /// The light of lamps on the table, of the sun, or of a source whose direction is unknown and is

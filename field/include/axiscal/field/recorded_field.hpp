@@ -18,11 +18,11 @@ namespace axiscal {
 /// interpolated linearly.
 class AXISCAL_EXPORT RecordedField final : public ReferenceField {
  public:
-  /// @param of         the field that was recorded; it gives kind, unit and role.
-  /// @param times_s    two or more ascending times, by the clock of the readings' times.
+  /// @param of         the field that was recorded; its kind, unit and role are used.
+  /// @param times_s    two or more ascending times, by the clock that timed the readings.
   /// @param in_table   3 x n [unit of the field], frame table; no vector is zero.
-  /// @param path       path of the record's file, for the experiment's file, which refers to it;
-  ///                   may be empty.
+  /// @param path       path of the file that contains the record; it is written to the experiment's
+  ///                   file. May be empty.
   /// @throws DomainError  if `times_s` or `in_table` does not satisfy these conditions.
   RecordedField(std::shared_ptr<const ReferenceField> of,
                 std::vector<double> times_s,
@@ -56,7 +56,7 @@ class AXISCAL_EXPORT RecordedField final : public ReferenceField {
 /// Reads a field's record: CSV with a column `time` (seconds, or ISO 8601) and three more columns,
 /// the components along the table's x, y and z.
 ///
-/// @param of    the field that was recorded; it gives kind, unit and role.
+/// @param of    the field that was recorded; its kind, unit and role are used.
 /// @throws DataError  if the columns are different, the times do not ascend, or a vector is zero.
 [[nodiscard]] AXISCAL_EXPORT RecordedField
 read_recorded_field(const std::string& path, std::shared_ptr<const ReferenceField> of);

@@ -19,8 +19,8 @@ struct FieldSetup;
 /// A vector at the place of the calibration that serves as the reference: gravity, the geomagnetic
 /// field, the light of a lamp.
 ///
-/// `experiment.field = GeomagneticField(site, 2026.5)`. The direction of the field must be fixed in
-/// the room, or moves() must be true. Derive from this class to calibrate with a field of your own.
+/// Example: `experiment.field = GeomagneticField(site, 2026.5)`. The field must be constant in the
+/// room, or moves() must return true. Derive from this class to calibrate with a field of your own.
 /// A calibration calls only the functions of the first group below. Override the second group too
 /// if files should be able to state the kind (docs/howto.md, "Add a field").
 class AXISCAL_EXPORT ReferenceField {
@@ -34,11 +34,11 @@ class AXISCAL_EXPORT ReferenceField {
   ///         table's place, which is not known here.
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu() const = 0;
 
-  /// @return the unit of value_in_enu(), e.g. "m/s^2", as records contain it. Empty: the default
+  /// @return the unit of value_in_enu() as written in records, e.g. "m/s^2"; empty for the default
   ///         unit of the kind.
   [[nodiscard]] virtual std::string_view unit() const = 0;
 
-  /// @return the kind of field as records name it, e.g. "gravity".
+  /// @return the name of the kind of field, e.g. "gravity".
   [[nodiscard]] virtual std::string_view kind() const = 0;
 
   /// @return true if the field changes from reading to reading, e.g. the direction of the sun.
@@ -84,7 +84,7 @@ class AXISCAL_EXPORT ReferenceField {
   /// @return the name of the moving object, for messages: "the field NAME", "the sun's place".
   [[nodiscard]] virtual std::string moving_name() const;
 
-  /// Reads or writes the members that files have only for this kind.
+  /// Reads or writes the JSON members that only this kind of field has.
   virtual void members([[maybe_unused]] JsonMembers& io) {}
 
  protected:

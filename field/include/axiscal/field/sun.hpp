@@ -19,8 +19,8 @@ struct AXISCAL_EXPORT SunPosition {
 /// Computes the sun's apparent position at a site. The error is at most 0.01 degrees from 1950 to
 /// 2050.
 ///
-/// It includes the equation of the centre, aberration, the largest term of nutation, and diurnal
-/// parallax. The Earth's rotation is computed from UTC, and terrestrial time is UTC + 69 s.
+/// The computation includes the equation of the centre, aberration, the largest term of nutation,
+/// and diurnal parallax. It takes UTC as universal time, and UTC + 69 s as terrestrial time.
 ///
 /// @param site        the place; its latitude is geodetic.
 /// @param time_s      seconds since 1970-01-01, UTC.

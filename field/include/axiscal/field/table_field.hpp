@@ -15,14 +15,15 @@
 
 namespace axiscal {
 
-/// The field in the table's frame as a function of a reading's level and block. It contains the
-/// parts of a sum, the tilts of the table, and the vectors of the field. A tilt is the slope of the
-/// table during the run, or during one block. All fitted field quantities are accessed through this
-/// class.
+/// The field in the table's frame as a function of a reading's level and block. It consists of the
+/// descriptions of the field's parts, the tilts of the table, and the vectors of the field. A tilt
+/// is the slope of the table during the run, or during one block. All fitted field quantities are
+/// accessed through this class.
 ///
-/// The vectors are those at level 1, in the table's frame [unit of the field]. A sum has one vector
-/// for each part, and one tilt. Any other field has one vector for each tilt. There are no vectors
-/// if they are not known yet, or if each reading states its field. Copies share the constant data.
+/// The vectors are the field at level 1, in the table's frame [unit of the field]. A sum has one
+/// vector for each part, and one tilt. A field of one part has one vector for each tilt. There are
+/// no vectors if they are not known yet, or if each reading states its field. Copies share the
+/// parts and tilts.
 class AXISCAL_EXPORT TableField {
  public:
   using Tangents = Eigen::Matrix<double, 3, Eigen::Dynamic>;
@@ -46,9 +47,9 @@ class AXISCAL_EXPORT TableField {
   /// @return this field with the same vector for every part or tilt.
   [[nodiscard]] TableField with_all(const Eigen::Vector3d& vector) const;
 
-  /// @return this field with the vectors of its parts' descriptions. A vector without a direction
-  ///         is along z. A vector of unknown magnitude has the greatest known magnitude of the
-  ///         parts.
+  /// @return this field with the vectors that are stated for its parts. If no direction is stated
+  ///         for a part, its vector is along z. If its magnitude is unknown, the vector gets the
+  ///         greatest known magnitude of the parts.
   [[nodiscard]] TableField as_stated() const;
 
   /// @return this field without vectors.
@@ -57,8 +58,8 @@ class AXISCAL_EXPORT TableField {
   [[nodiscard]] bool is_sum() const { return parts().size() > 1; }
   [[nodiscard]] const std::vector<FieldDescription>& parts() const { return layout_->parts; }
 
-  /// @return true if a part is the rotation of a turntable; the sum is then not linear in the
-  ///         vectors.
+  /// @return true if a part is the rotation of a turntable. The sum is then a nonlinear function of
+  ///         the vectors.
   [[nodiscard]] bool turns() const;
 
   /// @return true if a part is induced, so that readings can have different levels.
@@ -103,7 +104,7 @@ class AXISCAL_EXPORT TableField {
     return parts()[part].set_by_level ? level.of(parts()[part].level_name()) : 1.0;
   }
 
-  /// @return true if the field is zero at this level, as with a dark lamp.
+  /// @return true if the field is zero at this level, e.g. because the lamp is off.
   [[nodiscard]] bool is_dark(const FieldLevel& level) const;
 
   /// @return the field of a reading at a level, frame table [unit of the field].
@@ -121,9 +122,9 @@ class AXISCAL_EXPORT TableField {
   ///         vectors perpendicular to it; or the three axes if its magnitude is unknown.
   [[nodiscard]] std::vector<Tangents> tangents() const;
 
-  /// @return the change of a vector for a step of 1 along a tangent [unit of the field]: the
-  ///         vector's length; or, if its magnitude is unknown, the length of the longest vector of
-  ///         known magnitude.
+  /// @return the change of a vector for a step of 1 along a tangent [unit of the field]. It is the
+  ///         vector's length. If the vector's magnitude is unknown, it is the length of the longest
+  ///         vector of known magnitude.
   [[nodiscard]] double step_unit(std::size_t which) const;
 
   /// @return the field after a step. A vector of known magnitude is turned by two angles [rad]. A
@@ -143,8 +144,8 @@ class AXISCAL_EXPORT TableField {
     std::vector<int> blocks = {1};
   };
 
-  // The index of the part about which the table turns at a level; parts().size() if there is no
-  // such part.
+  // Returns the index of the part that is the table's rotation, or parts().size() if the table does
+  // not turn at this level.
   [[nodiscard]] std::size_t turning_part(const FieldLevel& level) const;
 
   std::shared_ptr<const Layout> layout_;

@@ -19,7 +19,7 @@ struct AXISCAL_EXPORT TablePlace {
   bool has_longitude = true;                ///< true if the longitude of the site was stated
   std::string date;                         ///< ISO 8601 or decimal year; empty: today
   std::optional<double> fence_azimuth_rad;  ///< azimuth of the table's y axis, clockwise from
-                                            ///< north; nullopt: unknown, a fit starts from 0
+                                            ///< north; if nullopt, a fit starts from 0
   /// Known slope of the table: components of a vertical unit vector along the table's x and y axes.
   /// For small angles they are the slope in radians.
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();

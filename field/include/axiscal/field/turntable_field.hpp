@@ -8,9 +8,9 @@
 
 namespace axiscal {
 
-/// The rotation of a turntable, of the kind `induced_rotation`, along the table's normal. The level
-/// of a reading multiplies the rate. If the sum includes a local field, only the component of that
-/// field along the axis remains.
+/// A field of the kind `induced_rotation`: the rotation of a turntable about the table's normal.
+/// The level of a reading multiplies the rate. If a local field is added to it, only the component
+/// of the local field along the axis of rotation counts while the table turns.
 class AXISCAL_EXPORT TurntableField final : public ReferenceField {
  public:
   /// A turntable whose rate the experiment states as the field's magnitude.

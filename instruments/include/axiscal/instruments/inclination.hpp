@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// Which formula gives the pitch angle.
+/// The formula for the pitch angle.
 enum class PitchFormula {
   arcsine,     ///< asin(f_x / F): uses the field's magnitude; uncertainty grows as 1 / cos(pitch)
   arctangent,  ///< atan2(f_x, hypot(f_y, f_z)): needs no magnitude, equal accuracy at all angles
@@ -19,25 +19,24 @@ enum class PitchFormula {
 struct InclinationOptions {
   AxisConvention convention = AxisConvention::forward_left_up;
   PitchFormula pitch_formula = PitchFormula::arcsine;
-  double yaw_above_rad = 85.0 * rad_per_deg;  ///< smallest |pitch| at which yaw replaces roll
+  double yaw_above_rad = 85.0 * rad_per_deg;  ///< yaw replaces roll if |pitch| is at least this
 };
 
-/// Attitude of an instrument that senses the specific force at rest.
+/// Attitude of an instrument at rest that senses the specific force.
 struct Inclination {
-  double pitch_rad = 0.0;  ///< nose up is positive, -pi/2 to pi/2
-  double roll_rad = 0.0;   ///< right side down is positive, in (-pi, pi]; 0 if yaw is given
-  double yaw_rad = 0.0;    ///< in (-pi, pi]; 0 if roll is given
-  bool gives_yaw = false;  ///< true if yaw is given: |pitch| is at least yaw_above_rad
+  double pitch_rad = 0.0;  ///< pitch angle, positive nose up, -pi/2 to pi/2
+  double roll_rad = 0.0;   ///< roll angle, positive right side down, in (-pi, pi]; 0 if gives_yaw
+  double yaw_rad = 0.0;    ///< yaw angle, in (-pi, pi]; 0 unless gives_yaw
+  bool gives_yaw = false;  ///< true if yaw replaces roll because |pitch| is at least yaw_above_rad
   bool clamped = false;    ///< true if |f_x| was greater than F and was replaced by F
 };
 
 /// Computes pitch and roll from the field's components. If pitch is near +-90 degrees, it computes
-/// yaw instead of roll:
+/// yaw instead of roll. The formulas for forward-left-up are
 ///
 ///     pitch = asin(f_x / F)      roll = atan2(f_y, f_z)      yaw = atan2(f_y, f_x)
 ///
-/// for forward-left-up. For forward-right-down, roll = atan2(-f_y, -f_z) and yaw = atan2(-f_y,
-/// f_x).
+/// For forward-right-down, roll = atan2(-f_y, -f_z) and yaw = atan2(-f_y, f_x).
 ///
 /// @param field_in_sensor  specific force at rest [any unit], finite.
 /// @param magnitude        F, length of the specific force at the place of the readings [same
@@ -51,10 +50,11 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                        double magnitude,
                        const InclinationOptions& options = {}) noexcept;
 
-/// The orientation of an instrument with a stated attitude, e.g. on a dividing head. It is turned
-/// by its heading, then nose up by its pitch, then right side down by its roll.
+/// Computes the orientation of an instrument with a stated attitude, e.g. on a dividing head. It is
+/// turned by its heading, then nose up by its pitch, then right side down by its roll.
 ///
-/// @param heading_rad  heading of its x axis, clockwise from the y axis of the level frame.
+/// @param heading_rad  heading of the instrument's x axis, clockwise from the y axis of the level
+///                     frame.
 /// @return the rotation R from the level frame (z up) to the sensor's frame. For the specific
 ///         force R (0, 0, F), inclination_from_field() returns the given pitch and roll.
 /// @par Source
@@ -72,8 +72,8 @@ struct AxisElevation {
 
 /// Computes the angle of a sensing axis above the horizontal: asin(component / F).
 ///
-/// @param component  the field along the axis [any unit], finite.
-/// @param magnitude  F [same unit], positive.
+/// @param component  the field's component along the axis [any unit], finite.
+/// @param magnitude  the field's magnitude F [same unit], positive.
 [[nodiscard]] AXISCAL_EXPORT AxisElevation elevation_of_axis(double component,
                                                              double magnitude) noexcept;
 

@@ -13,7 +13,7 @@
 
 namespace axiscal {
 
-/// The orientation of the sensor's axes in the vehicle. It affects angles only.
+/// The directions of the sensor's axes in the vehicle. They affect only the computed angles.
 enum class AxisConvention {
   forward_left_up,     ///< the default
   forward_right_down,  ///< y and z change sign in the angle formulas
@@ -23,13 +23,13 @@ enum class AxisConvention {
 /// @throws DomainError  for another name.
 [[nodiscard]] AXISCAL_EXPORT AxisConvention parse_convention(std::string_view name);
 
-/// The sensitivities to the field's x, y and z, one row for each sensing axis.
+/// Matrix of sensitivities: one row for each sensing axis, columns for the field's x, y and z.
 using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 /// The range of the readings of an axis. A reading at or beyond a limit is saturated.
 struct ReadingRange {
-  double low = 0.0;   ///< [unit of the readings]
-  double high = 0.0;  ///< greater than low
+  double low = 0.0;   ///< lower limit [unit of the readings]
+  double high = 0.0;  ///< upper limit [unit of the readings], greater than `low`
 };
 
 /// An axis that is the difference of two columns, e.g. of two opposite photodiodes.
@@ -42,12 +42,12 @@ struct DifferentialAxis {
 /// Names, axes and units of an instrument.
 struct AXISCAL_EXPORT Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
-  std::string serial;                               ///< serial number, see check_serial(); or empty
-  std::string model;                                ///< the model's name; many units share it
-  std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
+  std::string serial;                               ///< serial number (see check_serial()) or empty
+  std::string model;                                ///< name of the instrument's model or type
+  std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the sensing axes, one or more
   std::string unit = "1";                           ///< unit of the readings, any text
   AxisConvention convention = AxisConvention::forward_left_up;
-  std::vector<DifferentialAxis> differences;  ///< the axes that are differences of columns
+  std::vector<DifferentialAxis> differences;  ///< the axes that are differences of two columns
   std::optional<ReadingRange> range;          ///< limits; a reading at or beyond them is saturated
   bool one_sided = false;  ///< true if an axis responds only to light from its front (photodiodes)
 
@@ -74,12 +74,13 @@ AXISCAL_EXPORT void check_axes(const Instrument& instrument);
 ///                      or is not UTF-8. It is used in file names and in printed lines.
 AXISCAL_EXPORT void check_serial(std::string_view serial);
 
-/// The component of the field that an axis is meant to sense.
+/// Returns the component of the field that an axis is meant to sense.
 ///
 /// @param instrument  only the names and the number of its axes are used.
-/// @param axis        0 .. axis_count() - 1.
-/// @return 0, 1, 2 for x, y, z. The last letter of the axis's name decides ("x", "acc_x", "aX"),
-///         else its position if the instrument has three axes; nullopt otherwise.
+/// @param axis        index of the axis, 0 .. axis_count() - 1.
+/// @return 0, 1, 2 for x, y, z. The last letter of the axis's name decides ("x", "acc_x", "aX"). If
+///         it is another letter and the instrument has three axes, their order decides. Otherwise
+///         the result is nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::optional<int> nominal_axis(const Instrument& instrument,
                                                              Eigen::Index axis);
 
@@ -95,7 +96,7 @@ struct LinearResponse {
   }
 };
 
-/// @return nominal_axis(); if that is nullopt, the component to which the axis is most sensitive.
+/// @return nominal_axis(), or if it is nullopt, the component to which the axis is most sensitive.
 [[nodiscard]] AXISCAL_EXPORT int main_axis(const Instrument& instrument,
                                            const LinearResponse& response,
                                            Eigen::Index axis);

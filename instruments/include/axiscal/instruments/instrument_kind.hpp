@@ -19,18 +19,19 @@
 
 namespace axiscal {
 
-/// A reduced reading, the input of derived results.
+/// The input of InstrumentKind::derive: the field that was computed from a reading.
 struct DeriveInput {
-  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit], finite
-  double magnitude = 1.0;                                     ///< F [field unit], positive
+  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< the field [field unit], finite
+  double magnitude = 1.0;                                     ///< reference F [field unit], > 0
   InclinationOptions inclination;
-  /// Specific force from an accelerometer at rest [any unit], in the frame of field_in_sensor.
+  /// Specific force measured by an accelerometer at rest [any unit], in the frame of
+  /// field_in_sensor; nullopt without an accelerometer.
   std::optional<Eigen::Vector3d> up;
-  double declination_rad = 0.0;  ///< added to magnetic headings
+  double declination_rad = 0.0;  ///< declination, which is added to magnetic headings
 };
 
-/// Results that a kind of instrument derives from the field: at most four numbers. In a table, NaN
-/// is written as an empty cell.
+/// Results that a kind of instrument computes from the field: at most four numbers. NaN is written
+/// to tables as an empty cell.
 struct DerivedValues {
   std::array<double, 4> values{};
   bool clamped = false;
@@ -40,17 +41,17 @@ struct DerivedValues {
 struct CalibratedInstrument {
   const Instrument& instrument;
   const LinearResponse& response;
-  Eigen::MatrixXd covariance;  ///< bias and sensitivity, 4 m x 4 m, axis by axis; or empty
+  Eigen::MatrixXd covariance;  ///< of bias and sensitivities, axis by axis, 4 m x 4 m; or empty
   std::string field_kind;
   std::string field_unit;
-  double magnitude = 1.0;                              ///< F [field unit]
+  double magnitude = 1.0;                              ///< the field's magnitude F [field unit]
   std::optional<Eigen::Vector3d> in_table;             ///< the field in the table [field unit]
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< covariance of in_table [field unit^2]
 };
 
-/// A named quantity in the usual terms of a kind of instrument, with one or more values.
+/// A quantity that is usual for a kind of instrument, with one or more values.
 struct KindQuantity {
-  std::string name;            ///< "hard_iron", "responsivity", "dip_to_table_deg", ...
+  std::string name;            ///< name of the quantity, e.g. "hard_iron" or "responsivity"
   std::string of;              ///< the axis or component to which it belongs; may be empty
   std::vector<double> values;  ///< one value, or one for each component
   std::vector<double> u;       ///< standard uncertainties (type A); NaN if they are unknown
@@ -60,10 +61,10 @@ struct KindQuantity {
 /// The type of sensor in vehicles and phones that corresponds to an instrument.
 enum class VehicleSensor { none, accelerometer, gyroscope, magnetometer };
 
-/// Names of the columns in logs that contain an instrument's readings.
+/// Rules that find the columns of a log with an instrument's readings by their names.
 struct ColumnNames {
-  std::string_view letters;  ///< first letters of names with one or two letters: "gw": "gx", "wx"
-  std::string_view word;     ///< text that a longer name contains: "gyr" for "gyro_x"
+  std::string_view letters;  ///< possible first letters of short names; "gw" finds "gx" and "wx"
+  std::string_view word;     ///< text that longer names contain; "gyr" finds "gyro_x"
 };
 
 /// The properties of a kind of instrument: its name and the results that its users expect.
@@ -72,37 +73,37 @@ struct ColumnNames {
 /// add_instrument_kind().
 struct InstrumentKind {
   std::string_view name;
-  std::span<const std::string_view> derived_names;  ///< columns, e.g. "pitch_deg"
+  std::span<const std::string_view> derived_names;  ///< names of derived results, e.g. "pitch_deg"
 
   /// A function that returns one value for each of derived_names; null if derived_names is empty.
   /// It is called for each reading, from several threads, and must not throw.
   std::function<DerivedValues(const DeriveInput& input)> derive;
 
-  bool derives_with_attitude = false;  ///< true: without DeriveInput::up, derive() is not called
-  bool has_axis_elevation = false;     ///< true: an axis's angle above the horizontal is a result
+  bool derives_with_attitude = false;  ///< true if derive() is called only with DeriveInput::up
+  bool has_axis_elevation = false;     ///< true if the angle of an axis to the horizontal is usual
 
-  std::string_view usual_field;  ///< default kind of field; empty: it must be stated
-  /// True: if neither a magnitude, a unit nor a site is stated, the magnitude of the usual field is
-  /// 1.
+  std::string_view usual_field;  ///< default kind of field; if empty, the user must state the kind
+  /// True if a field of magnitude 1, in relative units, is used as the default when neither a
+  /// magnitude, a unit nor a site is stated.
   bool relative_field_will_do = false;
   VehicleSensor sensor = VehicleSensor::none;
-  ColumnNames columns;              ///< empty: the kind has no usual column names
-  bool sees_one_side = false;       ///< true if its axes may respond only to light from the front
-  bool answers_to_gravity = false;  ///< true if it often responds to gravity too
+  ColumnNames columns;              ///< usual column names in logs; empty if there are none
+  bool sees_one_side = false;       ///< true if an axis may respond only to light from its front
+  bool answers_to_gravity = false;  ///< true if such instruments often respond to gravity too
 
-  /// A function that returns further results for the record and the summary, besides bias and
+  /// A function that returns the results for the record and the summary that are added to bias and
   /// sensitivity; may be null.
   std::function<std::vector<KindQuantity>(const CalibratedInstrument& calibrated)> describe;
 };
 
-/// @return all known kinds: first those of this version, then those that were added.
+/// @return all known kinds: first the built-in kinds, then those that were added.
 [[nodiscard]] AXISCAL_EXPORT const std::deque<InstrumentKind>& instrument_kinds();
 
 /// Adds a kind of instrument. Call it before calibrating, from one thread.
 ///
 /// @return the added kind.
-/// @throws DomainError  if the name is empty or exists already, or if derived_names has more than
-///                      four entries or lacks derive().
+/// @throws DomainError  if the name is empty or exists already, derived_names has more than four
+///                      entries, or derived_names is not empty but derive is null.
 AXISCAL_EXPORT const InstrumentKind& add_instrument_kind(const InstrumentKind& kind);
 
 /// @return the kind of that name.

@@ -18,16 +18,16 @@ struct PolarForm {
 
 /// Computes sensitivity, coning angle and azimuth of one axis from its row of S.
 ///
-/// In forward-right-down, with T the row and k, k+1, k+2 cyclic in x, y, z:
+/// T is the row of S in forward-right-down; k, k+1, k+2 are taken cyclically from x, y, z:
 ///
 ///     s = sign(T_k) |T|,  Omega = atan2(hypot(T_k+1, T_k+2), |T_k|),  A = atan2(T_k+2 / s, T_k+1 /
 ///     s)
 ///
-/// In forward-left-up, T is the row times diag(1, -1, -1). Therefore s is negative for an axis y or
-/// z that is not reversed, as in the source.
+/// If the convention is forward-left-up, T is the row times diag(1, -1, -1). Therefore, as in the
+/// source, s is negative for an axis y or z that is not reversed.
 ///
 /// @param sensitivity   the axis's row of S [unit per field unit], frame sensor.
-/// @param nominal_axis  k: 0, 1, 2 for the axis that is nominally along x, y, z.
+/// @param nominal_axis  k, the nominal direction of the axis: 0, 1, 2 for x, y, z.
 /// @param convention    the convention of the sensor's axes.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
 /// @par Source

@@ -7,7 +7,7 @@
 
 namespace axiscal {
 
-/// The reduction f = A (v - b) for three axes.
+/// The conversion f = A (v - b) of readings v of three axes to the field f.
 struct ColumnReduction {
   std::array<double, 3> bias{};     ///< bias b [unit of the readings]
   std::array<double, 9> inverse{};  ///< matrix A, row by row [field unit per unit of the readings]
@@ -24,19 +24,21 @@ struct AngleColumns {
   std::span<double> roll_rad;   ///< atan2(f_y, f_z)
 };
 
-/// Reduces readings that are stored as one column for each axis. `field` may be `readings` itself.
+/// Converts readings that are stored as one column for each axis to the field. `field` may be
+/// `readings` itself.
 void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field);
 
-/// Reduces readings, and computes pitch and roll from the field, in forward-left-up axes.
+/// Converts readings to the field, and computes pitch and roll from the field in forward-left-up
+/// axes.
 void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field,
                     const AngleColumns& angles);
 
-/// Reduces readings that are stored in rows of three: x y z x y z ... `field` may be `readings`
-/// itself.
+/// Converts readings that are stored in rows of three (x y z x y z ...) to the field. `field` may
+/// be `readings` itself.
 void reduce_rows(const ColumnReduction& reduction,
                  std::span<const double> readings,
                  std::span<double> field);

@@ -17,32 +17,33 @@ struct RecordedLog {
   std::string name;  ///< name of the log, for messages
   std::vector<std::string> columns;
   LogBlock samples;                ///< one vector of samples for each column
-  std::vector<std::string> notes;  ///< notes of the reader; they are copied to the records
+  std::vector<std::string> notes;  ///< notes from reading the log; copied to the calibrations
 };
 
-/// The source of the labels for the seats of a log.
+/// How the seats of an instrument in a log are known (faces of the cube on the table and at the
+/// fence).
 enum class Seats {
-  unknown,     ///< a bare board turned by hand
-  sheet,       ///< a cube, in the order of a run sheet
-  recognised,  ///< a cube; the accelerometer shows the rest faces, and the gyroscope or the
-               ///< magnetometer shows the fence faces
+  unknown,     ///< not at all: the instrument is a bare board that was turned by hand
+  sheet,       ///< the cube was placed in the order of a run sheet
+  recognised,  ///< from the sensors: the accelerometer shows the rest faces, and the gyroscope or
+               ///< the magnetometer shows the fence faces
 };
 
 /// The options for calibrating an IMU's log.
 struct ImuOptions {
-  std::vector<std::string> accelerometer;  ///< three columns, in the frame's order x, y, z
-  std::vector<std::string> gyroscope;      ///< three columns, or empty
-  std::vector<std::string> magnetometer;   ///< three columns, or empty
-  /// The experiment of the accelerometer: field (gravity), method, shape, weighting, positioner and
-  /// so on. Its instrument contains the serial number and the unit.
+  std::vector<std::string> accelerometer;  ///< columns of the axes x, y, z, in this order
+  std::vector<std::string> gyroscope;      ///< columns of x, y, z; empty if there is none
+  std::vector<std::string> magnetometer;   ///< columns of x, y, z; empty if there is none
+  /// Settings for calibrating the accelerometer: field (gravity), method, shape, weighting,
+  /// positioner and others. `experiment.instrument` contains the serial number and the unit.
   Experiment experiment;
   /// The field of the magnetometer. If neither its magnitude, nor its vector, nor a site is given,
   /// the magnitude is 1, in units of the local field.
   FieldSetup magnetic_field;
   std::string gyroscope_unit = "1";
   std::string magnetometer_unit = "1";
-  /// If `columns` is empty, the gyroscope detects rests, or the accelerometer if there is no
-  /// gyroscope.
+  /// Options for finding rests. If `segment.columns` is empty, rests are detected in the columns of
+  /// the gyroscope, or of the accelerometer if there is no gyroscope.
   SegmentOptions segment;
   Seats seats = Seats::unknown;
   std::vector<RunSheetRow> sheet;
@@ -55,8 +56,8 @@ struct ImuOptions {
 
 /// A sensor of a log that could not be calibrated.
 struct FailedSensor {
-  std::string slot;     ///< "gyroscope", ...
-  std::string message;  ///< the reason
+  std::string slot;     ///< "accelerometer", "gyroscope" or "magnetometer"
+  std::string message;  ///< why the sensor could not be calibrated
 };
 
 /// Calibrations of an accelerometer, a gyroscope and a magnetometer in the accelerometer's frame.
@@ -65,12 +66,12 @@ struct ImuCalibration {
   std::optional<SeatLabels> seats;
   Calibration accelerometer;
   bool accelerometer_was_known = false;  ///< if true, records() omits the accelerometer
-  bool accelerometer_failed = false;     ///< if true, records() omits it; `failed` has the reason
+  bool accelerometer_failed = false;     ///< if true, records() omits it; see `failed` for why
   std::optional<Calibration> gyroscope;
   std::optional<Calibration> magnetometer;
   std::optional<TurnFit> turns;
-  /// The change of the gyroscope's bias with gravity (g-sensitivity), 3 x 3 [unit per g], and its
-  /// standard errors.
+  /// g-sensitivity of the gyroscope, which is the change of its bias per g of acceleration, and the
+  /// standard errors of the elements; 3 x 3 [unit per g].
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
   std::vector<FailedSensor> failed;  ///< sensors that could not be calibrated
   std::vector<std::string> notes;
@@ -80,19 +81,20 @@ struct ImuCalibration {
   [[nodiscard]] std::vector<Calibration> records() const;
 };
 
-/// Recognises how a cube lay at each rest. The accelerometer shows the rest faces. The gyroscope,
-/// integrated from rest to rest, shows the fence faces; if there is no gyroscope, the magnetometer
-/// shows them. Without both, the fence faces are assumed in the order of the standard design.
+/// Recognises how a cube lay at each rest. The accelerometer shows the rest faces. The fence faces
+/// follow from the gyroscope, integrated from rest to rest, or from the magnetometer if there is no
+/// gyroscope. Without either sensor, the fence faces are assumed in the order of the standard
+/// design.
 /// @param notes  receives a note that states how the fence faces were found.
-/// @throws RefusedError  for the reasons of resting_faces() and fit_turns(), or if samples of a
-///                       turn are missing and there is no magnetometer.
+/// @throws RefusedError  if resting_faces() or fit_turns() throws it, or if samples of a turn are
+///                       missing and there is no magnetometer.
 [[nodiscard]] SeatLabels recognise_seats(const RecordedLog& log,
                                          const Segmentation& rests,
                                          const ImuOptions& options,
                                          std::vector<std::string>& notes);
 
-/// Compares the fence faces of a run sheet with those that the gyroscope or the magnetometer shows.
-/// Adds a message to `labels` for each rest whose fence face differs.
+/// Compares the fence faces in `labels`, which come from a run sheet, with those that the gyroscope
+/// or the magnetometer shows. Adds a message to `labels` for each rest whose fence face differs.
 void check_fences(const RecordedLog& log,
                   const Segmentation& rests,
                   const ImuOptions& options,
@@ -103,18 +105,19 @@ void check_fences(const RecordedLog& log,
 /// If the seats are not known, the function chooses the threshold between rest and motion that
 /// gives the smallest expected error of the coefficients. The expected error is a standard
 /// deviation times a factor. With a gyroscope, the standard deviation is that of the attitude
-/// errors after the turns; otherwise it is that of the calibrated magnitudes of gravity. The factor
-/// depends on the directions of the rests: it is large if they do not cover all sides.
+/// errors after the turns. Without one, it is that of the calibrated magnitudes of gravity. The
+/// factor is large if the attitudes of the rests do not cover all directions.
 ///
-/// The accelerometer is calibrated by its seats if they are known, otherwise by method magnitude.
-/// The gyroscope is calibrated from the turns between rests (fit_turns()). The magnetometer is
-/// calibrated like the accelerometer, and its frame is aligned with the accelerometer's.
+/// The accelerometer is calibrated from its seats if they are known. Otherwise the method
+/// `magnitude` is used. The gyroscope is calibrated from the turns between rests (fit_turns()). The
+/// magnetometer is calibrated like the accelerometer, and its frame is aligned with the
+/// accelerometer's.
 ///
-/// A gyroscope or a magnetometer that cannot be calibrated is named in `failed`, and the others are
-/// calibrated as if it were not there.
+/// A gyroscope or a magnetometer that cannot be calibrated is listed in ImuCalibration::failed. The
+/// other sensors are then calibrated without it.
 ///
 /// @throws DataError     if a column is not in the log.
-/// @throws RefusedError  for the reasons of segment(), resting_faces() and calibrate(); the message
+/// @throws RefusedError  if segment(), resting_faces() or calibrate() throws it; the message
 ///                       contains a remedy.
 [[nodiscard]] ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options);
 

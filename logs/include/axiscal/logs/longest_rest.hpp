@@ -13,26 +13,28 @@ namespace axiscal {
 struct RestColumn {
   std::span<const double> samples;
   SeriesKind kind = SeriesKind::other;
-  double si = 0.0;  ///< factor to m/s^2 or rad/s; 0 if the unit is not known
+  double si = 0.0;  ///< factor that converts samples to m/s^2 or rad/s; 0 if the unit is not known
 };
 
 /// The longest part of a log that is at rest.
 struct LongestRest {
-  std::size_t first = 0;
-  std::size_t end = 0;  ///< one past its last sample
-  bool moves = false;   ///< true if even this part is not a rest: the instrument moves all the time
+  std::size_t first = 0;  ///< number of the first sample
+  std::size_t end = 0;    ///< one past the number of the last sample
+  bool moves = false;     ///< true if the instrument moves even in this part
 };
 
 /// Finds the longest part of a log at rest. The log is divided into windows of about half a second.
 /// A window is at rest if its variance in every column is at most a factor times the column's
 /// variance at rest. The variance at rest is the 10 % quantile of the variances of the windows, or
-/// the 2 % quantile if less than a tenth of the log is at rest. The factor is 8 to 40, and is
-/// larger if the variances of a column differ more. If the part begins or ends next to a window in
-/// motion, its window there is left out, because a hand may have moved the instrument in it.
+/// the 2 % quantile if less than a tenth of the log is at rest. The factor is between 8 and 40. It
+/// is larger for a column whose variances differ more. If the window before or after the part is in
+/// motion, the part is shortened by one window at this end, because a hand may already have touched
+/// the instrument there.
 ///
-/// A log of a walk or a ride contains no windows at rest. LongestRest::moves is then true, because
-/// the means of neighbouring windows differ by more than those of a sensor at rest (0.05 m/s^2,
-/// 0.3 deg/s).
+/// A log of a walk or a ride contains no windows at rest. LongestRest::moves is then true. This is
+/// recognised from the means of neighbouring windows, which differ by more than those of a sensor
+/// at rest (0.05 m/s^2 or 0.3 deg/s), or from the length of the part, if this is less than 10 s and
+/// less than half of the log.
 /// @param columns  columns of equal length.
 /// @param rate_hz  samples per second.
 [[nodiscard]] LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz);

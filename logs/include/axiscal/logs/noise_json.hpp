@@ -32,32 +32,33 @@ struct LogNoise {
   std::vector<std::string> warnings;  ///< problems of the log
 };
 
-/// Finds the columns that are axes of one instrument. Columns belong together if their names differ
-/// only in the last letter x, y or z. The first instrument is used whose name suits `kind` (a, acc,
-/// g, gyr, m, mag, ..). If no name suits, the first instrument is used, or all columns if no two
-/// columns belong together.
+/// Finds the columns that are axes of one instrument. Columns belong to one instrument if their
+/// names differ only in the last letter x, y or z. Of several instruments, the first one whose name
+/// matches `kind` is chosen (a, acc, g, gyr, m, mag, ..). If no name matches, the first instrument
+/// is chosen. If the names show no instrument with several columns, all columns are returned.
 /// @param kind  kind of the instrument: "accelerometer", "gyroscope", "magnetometer", ...
 /// @return pointers to elements of `noise.columns`.
 [[nodiscard]] std::vector<const ColumnNoise*> columns_of_instrument(const LogNoise& noise,
                                                                     std::string_view kind);
 
 /// @param unit  unit of the samples.
-/// @return the unit of a coefficient, for example "unit/sqrt(Hz)" for white noise.
+/// @return the unit of the noise coefficient of a kind, for example "unit/sqrt(Hz)" for white
+///         noise.
 [[nodiscard]] std::string noise_unit(NoiseKind kind, const std::string& unit = "unit");
 
-/// @return Kalibr's imu.yaml for an accelerometer and a gyroscope: the continuous-time noise
-///         densities N and random walks K in SI units, each the root mean square over the three
-///         axes, and the sampling rate. If the record does not show a random walk, its upper bound
-///         is written.
-/// @throws RefusedError  if the accelerometer or the gyroscope is missing, its unit is not known,
-///                       or its record shows no white noise.
+/// @return the file imu.yaml of Kalibr for an accelerometer and a gyroscope. It contains the
+///         sampling rate, the continuous-time noise densities N and the random walks K in SI units.
+///         N and K are root mean squares over the three axes. If an axis does not show a random
+///         walk, the upper bound of its K is used.
+/// @throws RefusedError  if the accelerometer or the gyroscope is missing, if its unit is not
+///                       known, or if it shows no white noise.
 /// @par Source
 /// github.com/ethz-asl/kalibr/wiki/IMU-Noise-Model; IEEE Std 952-1997, annex C.
 [[nodiscard]] std::string kalibr_imu_yaml(const LogNoise& noise,
                                           const std::string& topic = "/imu0");
 
-/// Writes and reads noise as JSON, {"format": "axiscal-noise", "version": 1, ..}: curves,
-/// coefficients and dwell times.
+/// Write and read noise as JSON, {"format": "axiscal-noise", "version": 1, ..}. The JSON contains
+/// curves, coefficients and dwell times.
 /// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] std::string noise_json(const LogNoise& noise);
 [[nodiscard]] LogNoise parse_noise(std::string_view text, const std::string& path);

@@ -11,7 +11,8 @@
 
 namespace axiscal {
 
-/// The kinds of noise that the slope of an Allan deviation distinguishes.
+/// Kinds of noise. Each one has its own slope in the log-log plot of the Allan deviation over tau.
+/// The comments state this slope and the Allan deviation.
 enum class NoiseKind {
   quantisation,      ///< slope -1: Q sqrt(3) / tau
   white,             ///< slope -1/2: N / sqrt(tau); angle or velocity random walk
@@ -30,25 +31,26 @@ inline constexpr std::array all_noise_kinds = {NoiseKind::quantisation, NoiseKin
 /// @return the Allan variance at tau for a coefficient of 1.
 [[nodiscard]] double allan_variance_of(NoiseKind kind, double tau_s);
 
-/// One coefficient: Q [unit s], N [unit sqrt(s)], B [unit], K [unit / sqrt(s)], R [unit / s].
+/// The coefficient of one kind of noise: Q [unit s], N [unit sqrt(s)], B [unit], K [unit / sqrt(s)]
+/// or R [unit / s].
 struct NoiseCoefficient {
   NoiseKind kind = NoiseKind::white;
-  double value = 0.0;  ///< 0 if the curve does not show this noise
-  double low = 0.0;    ///< 95 % interval; if the value is 0, `high` is the upper bound
-  double high = 0.0;
+  double value = 0.0;  ///< the coefficient; 0 if the curve does not show this noise
+  double low = 0.0;    ///< lower end of the 95 % confidence interval
+  double high = 0.0;   ///< upper end of the interval; an upper bound if `value` is 0
 };
 
 /// The noise coefficients of a sensor from its Allan deviation curve.
 struct NoiseModel {
   std::vector<NoiseCoefficient> coefficients;  ///< one for every kind
-  /// p-value of the test that the five kinds of noise describe the curve from `from_tau_s` on; NaN
-  /// if there are too few points.
+  /// p-value of the test whether the five kinds of noise describe the curve from `from_tau_s` on;
+  /// NaN if there are too few points.
   double p_value = 1.0;
-  double from_tau_s = 0.0;  ///< shortest fitted tau; a filter may shape the curve below it
-  /// Relative error of the deviations of the model; 0 if the kinds of noise describe the curve.
+  double from_tau_s = 0.0;  ///< shortest tau that is fitted; a filter may shape the curve below it
+  /// Assumed relative error of the modelled deviations; 0 if the kinds of noise describe the curve.
   double model_error = 0.0;
-  /// True if N comes from a stretch of the curve with the slope of white noise, because the joint
-  /// fit gave a smaller N.
+  /// True if N was taken from a part of the curve with the slope of white noise, because the fit of
+  /// all kinds of noise gave a much smaller N.
   bool white_by_stretch = false;
 
   [[nodiscard]] double coefficient(NoiseKind kind) const;
@@ -57,23 +59,23 @@ struct NoiseModel {
   [[nodiscard]] double deviation_at(double tau_s) const;
 };
 
-/// Fits the sum of the five kinds to a curve, at octaves of tau. It minimises the deviance of the
-/// Allan variances. Each variance has a chi^2 distribution with 2 / (2 / nu + e^2) degrees of
-/// freedom. Here nu are the degrees of freedom of the point, and e is the relative error of the
+/// Fits the sum of the five kinds of noise to a curve, at octaves of tau. It minimises the deviance
+/// of the Allan variances. Each variance has a chi^2 distribution with 2 / (2 / nu + e^2) degrees
+/// of freedom. Here nu are the degrees of freedom of the point, and e is the relative error of the
 /// modelled variance. No coefficient is negative. The chosen set of kinds has the smallest sum of
 /// the deviance and a penalty of 8 for each kind (10 for a ramp).
 ///
-/// With e = 0 the chi^2 test shows whether the kinds of noise describe the curve (p > 0.05). If
-/// they do not, up to four of the shortest octaves are left out, because a filter may shape them.
-/// If no such fit passes the test, e is increased until chi^2 equals its degrees of freedom. Of the
-/// fits with different numbers of left-out octaves, the one with the smallest e is used. In this
-/// case no interval is narrower than +-10 %.
+/// The fit begins with e = 0. A chi^2 test then shows whether the kinds of noise describe the curve
+/// (p > 0.05). If not, up to four of the shortest octaves are left out, because a filter may shape
+/// them. If no such fit passes the test, e is increased until chi^2 equals its degrees of freedom.
+/// Of the fits with different numbers of left-out octaves, the one with the smallest e is used. In
+/// this case no interval is narrower than +-10 %.
 ///
 /// A curve shows white noise directly if it has a stretch of four octaves or more over which tau
-/// times the Allan variance is constant. This product is regarded as constant if the chi^2 test,
-/// with an error of 3 % of the deviations, has p > 0.05, and the slope is within 0.1 of -1/2. If
-/// the N of the fit is less than 0.7 times the N of the stretch, N is taken from the stretch, and
-/// the other kinds are fitted to the remaining variances.
+/// times the Allan variance is constant. The product is regarded as constant if a chi^2 test that
+/// allows an error of 3 % of the deviations has p > 0.05, and the slope of the deviation is within
+/// 0.1 of -1/2. If the fitted N is less than 0.7 times the N of the stretch, N is taken from the
+/// stretch, and the other kinds are fitted to the remaining variances.
 ///
 /// The interval of a coefficient is found from the deviance as a function of this coefficient. For
 /// each of its values, the deviance is minimised over the other coefficients and over all sets of
@@ -91,23 +93,24 @@ struct NoiseModel {
 /// @throws DomainError  if the curve is empty.
 [[nodiscard]] double deviation_at(std::span<const AllanPoint> curve, double tau_s);
 
-/// Computes one coefficient from points of the curve that have the slope of its kind: the geometric
-/// mean of their coefficients.
+/// Computes one coefficient from points at which the curve has the slope of this kind of noise. The
+/// result is the geometric mean of the coefficients of the single points.
 /// @throws DomainError  if there are no points.
 [[nodiscard]] double coefficient_by_slope(NoiseKind kind, std::span<const AllanPoint> points);
 
-/// The averaging time of a reading.
+/// How long a reading should be averaged.
 struct Dwell {
-  double best_s = 0.0;     ///< tau of the smallest deviation: longer averages are not better
-  double deviation = 0.0;  ///< deviation at best_s [unit]
-  /// The shortest tau whose deviation exceeds `deviation` by at most 10 %.
+  double best_s = 0.0;     ///< tau with the smallest deviation; longer averages are not better
+  double deviation = 0.0;  ///< Allan deviation at best_s [unit]
+  /// Shortest tau from which on, up to best_s, the deviation exceeds `deviation` by at most 10 %.
   double sensible_s = 0.0;
-  double sensible_deviation = 0.0;  ///< deviation at sensible_s [unit]
+  double sensible_deviation = 0.0;  ///< Allan deviation at sensible_s [unit]
   bool beyond_record = false;       ///< true if the curve still falls at the end of the record
 };
 
-/// Finds the smallest deviation among the points with at least 20 degrees of freedom. If there are
-/// fewer than three such points, all points are used.
+/// Finds the averaging time with the smallest deviation. Only the first points are used, up to the
+/// first one with fewer than 20 degrees of freedom. If these are fewer than three points, all
+/// points are used.
 /// @throws DomainError  if the curve is empty.
 [[nodiscard]] Dwell best_dwell(std::span<const AllanPoint> curve);
 

@@ -11,12 +11,14 @@
 
 namespace axiscal {
 
-/// Further deviations. In the formulas x is the phase at N points, and tau = m tau_0.
+/// Variants of the Allan deviation. The formulas are those of the variances, which are the squares
+/// of the deviations. There, x is the phase at N points, and tau = m tau_0.
 enum class OtherDeviation {
-  /// sum_j (sum_(i=j..j+m-1) x_(i+2m) - 2 x_(i+m) + x_i)^2 / (2 m^2 tau^2 (N - 3m + 1)):
-  /// distinguishes quantisation from white phase noise.
+  /// sum_j (sum_(i=j..j+m-1) x_(i+2m) - 2 x_(i+m) + x_i)^2 / (2 m^2 tau^2 (N - 3m + 1)). Unlike the
+  /// Allan deviation, it distinguishes white from flicker phase noise.
   modified,
-  /// sum_i (x_(i+3m) - 3 x_(i+2m) + 3 x_(i+m) - x_i)^2 / (6 tau^2 (N - 3m)): insensitive to a ramp.
+  /// sum_i (x_(i+3m) - 3 x_(i+2m) + 3 x_(i+m) - x_i)^2 / (6 tau^2 (N - 3m)). It is insensitive to a
+  /// ramp.
   hadamard,
   /// sum_i (x_(i-m) - 2 x_i + x_(i+m))^2 / (2 tau^2 (N - 2)). The phase is continued at both ends
   /// by point reflection, which reduces the uncertainty at the longest tau.
@@ -30,7 +32,7 @@ inline constexpr std::array all_other_deviations = {
 [[nodiscard]] std::string name_of(OtherDeviation which);
 [[nodiscard]] std::optional<OtherDeviation> other_deviation_of(std::string_view name);
 
-/// Computes deviations of evenly spaced samples.
+/// Computes one of these deviations for several averaging lengths.
 /// @param samples  evenly spaced samples; their mean is removed first.
 /// @return one deviation for each length; NaN if the length is too long for the record.
 /// @throws DomainError  for the same reasons as allan_deviation().
@@ -42,7 +44,7 @@ inline constexpr std::array all_other_deviations = {
                                                    double rate_hz,
                                                    std::span<const std::size_t> lengths);
 
-/// Computes deviations of phase data; see other_deviations().
+/// Computes one of these deviations from phase data; see other_deviations().
 [[nodiscard]] std::vector<double> other_deviations_of_phase(OtherDeviation which,
                                                             std::span<const double> phase,
                                                             double rate_hz,

@@ -11,29 +11,31 @@
 
 namespace axiscal {
 
-/// A part of a log in which the instrument is known to have lain still, or to have been turned by
-/// whole turns on the table.
+/// A part of a log in which the instrument is known to have been at rest, or to have been turned on
+/// the table by a whole number of turns.
 struct Region {
   enum class Kind { rest, turn };
   Kind kind = Kind::rest;
   std::string name;                       ///< name of the region, for messages; may be empty
-  std::optional<double> start_s, end_s;   ///< times after the first sample [s]; replace start, end
-  std::optional<std::size_t> start, end;  ///< numbers of samples from 0; end is one past the last
+  std::optional<double> start_s, end_s;   ///< seconds since the first sample; instead of start, end
+  std::optional<std::size_t> start, end;  ///< zero-based sample numbers; end is one past the last
   std::optional<Face> rest;               ///< the face that lay on the table
   std::optional<Face> fence;              ///< the face at the fence
-  std::optional<double> turns;            ///< whole turns; positive if anticlockwise from above
-  bool sense_is_open = false;             ///< true if the sign of `turns` is not known
+  std::optional<double> turns;            ///< number of turns; anticlockwise from above is positive
+  bool sense_is_open = false;             ///< true if the direction of the turns is not known
 };
 
-/// Reads {"format": "axiscal-regions", "version": 1, "regions": [{"kind": "rest" | "turn", "start":
-/// s, "end": s, "rest": F, "fence": F, "turns": n}]}. "start" and "end" are seconds after the first
-/// sample. The numbers of samples "start_sample" and "end_sample" may replace them.
+/// Reads regions from a JSON file: {"format": "axiscal-regions", "version": 1, "regions": [{"kind":
+/// "rest" | "turn", "start": s, "end": s, "rest": F, "fence": F, "turns": n}]}. F is a face such as
+/// "+X". "start" and "end" are seconds since the first sample. The sample numbers "start_sample"
+/// and "end_sample" may be given instead.
 /// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] std::vector<Region> read_regions(const std::string& path);
 
-/// Reads regions from a column of names in a table, as in imucal's recordings. Successive rows with
-/// the same name are one region. "x_p" is a rest with +x up, "x_a" is a rest with -x up, and
-/// "x_rot" is one turn about x whose sense is not known. Rows with other names are ignored.
+/// Reads regions from a column of names in a table, as in recordings for the library imucal.
+/// Successive rows with the same name are one region. "x_p" is a rest with +x up, "x_a" is a rest
+/// with -x up, and "x_rot" is one turn about x in an unknown direction. Rows with other names are
+/// ignored.
 /// @throws DataError  if the table does not have the column, or none of its cells names a region.
 [[nodiscard]] std::vector<Region> read_region_column(const std::string& path,
                                                      const std::string& column);
@@ -41,18 +43,20 @@ struct Region {
 /// Calibrates the instruments of a log whose rests and turns are known.
 ///
 /// The accelerometer is calibrated from the rests. If both faces of all rests are stated, the rests
-/// are readings of the cube. If only the faces on the table are stated, the table is assumed to be
-/// level, so that its slope becomes part of the biases. If no faces are stated, the method is
-/// magnitude. The gyroscope is calibrated from the whole turns, whose rotations are known:
+/// are treated as readings with the cube. If only the faces on the table are stated, the table is
+/// assumed to be level, so that its actual slope becomes part of the biases. If no faces are
+/// stated, the method `magnitude` is used. The gyroscope is calibrated from the turns, whose angles
+/// are known:
 ///
 ///     mean of v - v0 = S u 2 pi n / T
 ///
-/// Here v are the readings during the turn, v0 is their mean over the rests in the same attitude, S
-/// is the sensitivity, u is up in the cube's frame, n is the number of turns, and T is the duration
-/// of the turn. One linear regression over turns and rests gives the bias and S.
+/// Here v are the gyroscope's readings during the turn, v0 is their mean over the rests in the same
+/// attitude, S is the sensitivity, u is the upward vertical in the cube's frame, n is the number of
+/// turns, and T is the duration of the turn. A linear regression over all turns and rests gives the
+/// bias and S.
 ///
 /// @throws DataError     if a region is outside the log, or the log has neither times nor a rate.
-/// @throws RefusedError  if there is no rest, or for the reasons of calibrate().
+/// @throws RefusedError  if there is no rest, or if calibrate() throws it.
 /// @par Source
 /// F. Ferraris, U. Grimaldi, M. Parvis, Sensors and Materials 7 (1995), for six rests and three
 /// turns.

@@ -24,7 +24,7 @@ struct ImuSimulation {
   double magnetometer_sd = 0.0;
   /// The magnetic field in the table's frame: x along the fence, z up [unit of the field].
   Eigen::Vector3d magnetic_in_table = Eigen::Vector3d(0.2, 0.4, -0.9);
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, as in Levelness
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table along x and y
   double rate_hz = 100.0;
   double rest_s = 3.0;
   double turn_s = 1.5;
@@ -32,19 +32,20 @@ struct ImuSimulation {
   std::uint64_t seed = 1;
 };
 
-/// Simulates a log of rests in the given attitudes and smooth turns between them. Its columns are
-/// t, ax ay az, gx gy gz and mx my mz, without those of instruments that are not simulated.
+/// Simulates a log of rests in the given attitudes and smooth turns between them. The columns are
+/// t, ax ay az, gx gy gz and mx my mz. Those of instruments that are not simulated are missing.
 ///
 /// @param rotations_table_from_sensor  attitude of each rest, in order.
 [[nodiscard]] RecordedLog simulate_imu_log(
     const ImuSimulation& simulation,
     const std::vector<Eigen::Matrix3d>& rotations_table_from_sensor);
 
-/// @return the attitudes of a nominal cube that is laid down in the order of a run sheet.
+/// @return the attitude of a nominal cube for each row of a run sheet, which is the rotation from
+///         its edges to the table.
 [[nodiscard]] std::vector<Eigen::Matrix3d> attitudes_of(const std::vector<RunSheetRow>& sheet);
 
-/// @return random attitudes, as of a board that is turned by hand; each is at least 60 degrees from
-///         the one before.
+/// @return random attitudes, like those of a board that is turned by hand. Each one is more than 60
+///         degrees from the one before.
 [[nodiscard]] std::vector<Eigen::Matrix3d> random_attitudes(std::size_t count, std::uint64_t seed);
 
 }  // namespace axiscal

@@ -14,7 +14,7 @@
 
 namespace axiscal {
 
-/// An interval in which the instrument stood still.
+/// An interval in which the instrument was at rest.
 struct StaticInterval {
   std::size_t first = 0;  ///< number of the first sample, from 0
   std::size_t end = 0;    ///< one past the number of the last sample
@@ -22,12 +22,14 @@ struct StaticInterval {
   double end_s = 0.0;     ///< time of the last sample
   Eigen::VectorXd mean;   ///< mean of each column
   Eigen::VectorXd sd;     ///< standard deviation of the samples of each column
-  /// For every column the effective number of independent samples, n (1 - r) / (1 + r), between 1
-  /// and n. Here r is the correlation of neighbouring samples about the drift.
+  /// Effective number of independent samples of each column, n (1 - r) / (1 + r), between 1 and n.
+  /// Here n is the number of samples, and r is the correlation of neighbouring samples after the
+  /// drift is subtracted.
   Eigen::VectorXd effective_samples;
-  /// The change over the interval, from a straight line by least squares [unit of the column].
+  /// Change of each column over the interval, according to a straight line fitted by least squares
+  /// [unit of the column].
   Eigen::VectorXd drift;
-  double loudest = 1.0;  ///< (largest joined variance, see StaticDetector) / (mean joined variance)
+  double loudest = 1.0;  ///< largest joined variance (see StaticDetector) divided by the mean one
   double motion = 0.0;   ///< mean joined variance [unit^2]
 
   [[nodiscard]] std::size_t samples() const { return end - first; }
@@ -40,23 +42,23 @@ struct IntervalSet {
 };
 
 struct DetectorOptions {
-  std::vector<std::size_t> detection;  ///< columns whose variance shows motion
-  std::size_t window = 101;            ///< samples in the window of the variance, odd
-  std::size_t trim = 10;               ///< samples left out at both ends of an interval
-  std::size_t shortest = 100;          ///< fewest samples of an interval after trimming
-  std::optional<double> threshold;     ///< the only threshold to use [unit^2]; default: many
+  std::vector<std::size_t> detection;  ///< columns in whose variance motion is detected
+  std::size_t window = 101;            ///< number of samples in the variance's window; odd
+  std::size_t trim = 10;               ///< number of samples removed at each end of an interval
+  std::size_t shortest = 100;          ///< smallest number of samples of a trimmed interval
+  std::optional<double> threshold;     ///< only threshold to use [unit^2]; nullopt: try many
 };
 
 /// Finds static intervals in a stream of samples, in constant memory, for many thresholds at once.
 ///
-/// The joined variance of a sample is the root of the sum over the columns of the squared variances
-/// in a window about the sample (Tedaldi et al. 2014). The thresholds are powers of sqrt(2) from
-/// the joined variance of the quietest sample to that of the loudest. The variance is computed
-/// once, and all thresholds use the same sums within a block.
+/// The joined variance of a sample combines the variances of the columns in a window about the
+/// sample. It is the root of the sum of their squares (Tedaldi et al. 2014). The thresholds are
+/// powers of sqrt(2) from the smallest joined variance in the log to the largest. The variance is
+/// computed once, and all thresholds use the same sums within a block.
 ///
 /// @par Source
 /// D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014; T. F. Chan, G. H. Golub, R. J. LeVeque, The
-/// American Statistician 37 (1983), for joining sums about different references.
+/// American Statistician 37 (1983), for combining sums about different reference values.
 class StaticDetector {
  public:
   /// @throws DomainError  for a window of less than 3 samples or no column of detection.
@@ -82,26 +84,26 @@ class StaticDetector {
   std::unique_ptr<Stream> stream_;
 };
 
-/// Chooses a threshold for which the number of intervals hardly depends on the threshold. A low
+/// Chooses a threshold near which the number of intervals hardly depends on the threshold. A low
 /// threshold splits rests because of their noise, and a high threshold joins rests across motion.
 /// Between these, the number of intervals is constant over a range of thresholds. The function uses
-/// the lowest range in which the number is constant within 5 % and whose highest threshold is at
-/// least 8 times its lowest. If there is no such range, it uses the widest range.
+/// the lowest range of at least 6 thresholds in which the number is constant within 5 %. If there
+/// is no such range, it uses the widest one.
 ///
-/// @return the position of the chosen set in `sets`: three steps above the lower end of the range,
-///         or in the middle of a narrow range. Ranges with two or more intervals are preferred to
-///         ranges with one. If the largest joined variance of the log is at most 16 times the
-///         smallest, the log contains no motion, and the last set is chosen.
+/// @return the position of the chosen set in `sets`. It is three steps above the lower end of the
+///         range, or in the middle of a narrow range. Ranges with two or more intervals are
+///         preferred to ranges with one. If the largest joined variance of the log is at most about
+///         16 times the smallest, the log contains no motion, and the last set is chosen.
 [[nodiscard]] std::size_t most_persistent(const std::vector<IntervalSet>& sets);
 
-/// Finds neighbouring rests that were one rest before a knock split it: the gap between them is at
-/// most `longest_gap_s`, and their means agree within five standard errors or `tolerance`. Keeps
-/// the longer one of two such rests.
+/// Finds pairs of neighbouring rests that were one rest until a knock split it, and keeps only the
+/// longer rest of each pair. In such a pair the gap is at most `longest_gap_s`, and the means agree
+/// within `tolerance` or five standard errors.
 ///
 /// @param columns        columns whose means are compared.
 /// @param longest_gap_s  longest time from the end of one rest to the start of the next [s].
 /// @param tolerance      largest difference of the means [unit].
-/// @return the number of joined rests.
+/// @return the number of rests that were removed.
 std::size_t join_split_rests(std::vector<StaticInterval>& intervals,
                              const std::vector<std::size_t>& columns,
                              double longest_gap_s,

@@ -14,15 +14,16 @@ namespace axiscal {
 struct FaceAngle {
   Face first = Face::plus_x;
   Face second = Face::plus_x;
-  double angle_rad = 0.0;      ///< 0 .. pi
-  double deviation_rad = 0.0;  ///< angle_rad minus pi/2 (neighbours) or minus pi (opposites)
+  double angle_rad = 0.0;      ///< angle between the outward normals, 0 to pi
+  double deviation_rad = 0.0;  ///< angle_rad minus pi/2 (adjacent faces) or pi (opposite faces)
 };
 
-/// The deviation of a cube from the nominal cube. It does not depend on the choice of the
-/// positioner's axes.
+/// The deviation of a cube from the nominal cube. It does not depend on how the axes of the
+/// positioner's frame are chosen.
 struct CubeGeometry {
   std::vector<FaceAngle> angles;  ///< one for each of the 15 pairs of faces
-  /// Distance of each face's contact plane from the centre [m]; nullopt without feet.
+  /// Distance of each face's contact plane from the cube's centre [m]; nullopt if the feet of the
+  /// face are unknown.
   std::array<std::optional<double>, all_faces.size()> offset_m;
   double worst_from_square_rad = 0.0;
   double worst_from_parallel_rad = 0.0;

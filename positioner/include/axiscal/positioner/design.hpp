@@ -19,12 +19,13 @@ struct DesignEntry {
   FieldLevel level;
 };
 
-/// The standard designs.
+/// Returns a standard design.
 ///
-/// 24 points: every point. 12 points: each rest face with two fence faces, those of the next axis
-/// in the cycle X, Y, Z, X. With R_i the cube's rotation at point i, the columns of [1, vec R_i]
-/// are then orthogonal. This is independent of the field's direction. 6 points: each rest face with
-/// one fence face, which is enough only on a table that is known to be level.
+/// The design of 24 points has every point. The design of 12 points has each rest face with two
+/// fence faces: those of the next axis in the cycle X, Y, Z, X. If R_i is the cube's rotation at
+/// point i, the matrix with the rows [1, vec R_i] then has orthogonal columns, for any direction of
+/// the field. The design of 6 points has each rest face with one fence face. It is sufficient only
+/// on a table that is known to be level.
 ///
 /// @param points  6, 12 or 24.
 /// @throws DomainError  if `points` is another number.
@@ -35,7 +36,7 @@ struct DesignEntry {
 /// One line of a run sheet.
 struct RunSheetRow {
   int run = 1;    ///< number of the reading, in the order in which it is to be taken
-  int block = 1;  ///< number of the replicate of the whole design, from 1
+  int block = 1;  ///< number of the replicate, from 1; each replicate is the whole design
   DesignEntry entry;
   std::optional<double> temperature;  ///< soak temperature of the block, if it is planned
 };
@@ -44,8 +45,8 @@ struct RunSheetRow {
 /// of one temperature come before those of the next.
 ///
 /// @param design      the points; at least one.
-/// @param replicates  number of blocks at each temperature, at least 1; a block is the whole
-///                    design.
+/// @param replicates  number of blocks at each temperature, at least 1; each block contains the
+///                    whole design once.
 /// @param seed        the same seed gives the same order on every machine.
 /// @param temperatures  soak temperatures in the order in which they are used; may be empty.
 /// @throws DomainError  if the design is empty or `replicates` is less than 1.
@@ -55,8 +56,8 @@ struct RunSheetRow {
     std::uint64_t seed,
     const std::vector<double>& temperatures = {});
 
-/// Makes a run sheet with random numbers from a stream. RandomStream(seed) gives the same order as
-/// the make_run_sheet() that has a `seed`.
+/// Makes a run sheet as above, with random numbers from a stream. RandomStream(seed) gives the same
+/// order as the parameter `seed` above.
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
     const std::vector<DesignEntry>& design,
     int replicates,

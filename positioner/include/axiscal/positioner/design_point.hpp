@@ -22,7 +22,7 @@ enum class Face : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus
 inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plus_y,
                                          Face::minus_y, Face::plus_z,  Face::minus_z};
 
-/// @return 0, 1, 2 for a face whose normal is along x, y, z.
+/// @return 0, 1, 2 if the face's normal is along x, y, z.
 [[nodiscard]] constexpr int axis_of(Face face) {
   return static_cast<int>(face) / 2;
 }

@@ -13,8 +13,8 @@ namespace axiscal {
 /// @return the face of the nominal cube whose outward normal is nearest to the direction.
 [[nodiscard]] AXISCAL_EXPORT Face nearest_face(const Eigen::Vector3d& direction_in_positioner);
 
-/// @return the face of the nominal cube whose outward normal is nearest to a direction in the
-///         table's frame, if the cube lies at a design point.
+/// @return the face whose outward normal is nearest to a direction in the table's frame, for the
+///         nominal cube at a design point.
 [[nodiscard]] AXISCAL_EXPORT Face face_towards(const DesignPoint& point,
                                                const Eigen::Vector3d& direction_in_table);
 

@@ -12,9 +12,9 @@
 
 namespace axiscal {
 
-/// A ball foot. With a radius of 0 it is a point, which can describe a foot of another shape.
+/// A foot that is a ball. A ball of radius 0 is the contact point of a foot of any shape.
 struct AXISCAL_EXPORT Ball {
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< frame positioner, from the cube's centre
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< position relative to the cube's centre
   double radius_m = 0.0;
 };
 
@@ -32,15 +32,17 @@ struct AXISCAL_EXPORT ContactPlane {
 
 /// Checks the feet of a face.
 ///
-/// @return "" if they are valid, else the reason: a number that is not finite, a radius below 0,
-///         balls that overlap, feet in a line, no plane that touches all three, or a plane more
-///         than 0.2 rad from the face's nominal direction or on the wrong side of the centre.
+/// @return "" if they are valid, else the reason: a number is not finite; a radius is negative; the
+///         balls overlap; the feet are in a line; no plane touches all three; the normal of that
+///         plane is more than 0.2 rad from the face's nominal normal; or the plane is on the wrong
+///         side of the cube's centre.
 [[nodiscard]] AXISCAL_EXPORT std::string defect_of_feet(Face face, const Feet& feet);
 
-/// The plane that is tangent to three balls on the outer side of the face: n . c_i + r_i = d.
+/// Computes the plane that is tangent to the three balls on the outer side of the face: n . c_i +
+/// r_i = d, with the centres c_i, the radii r_i, the normal n and the offset d.
 ///
 /// The differences c_1 - c_3 and c_2 - c_3 give two equations for n. The third is |n| = 1. The
-/// result is exact for unequal radii too.
+/// result is exact even if the radii differ.
 /// @throws DomainError  if the feet have a defect_of_feet().
 /// @par Source
 /// method.md, section 9.
@@ -52,11 +54,11 @@ struct AXISCAL_EXPORT ContactPlane {
 /// next two axes in the cycle X, Y, Z, X. Opposite faces are mirror images. In the default layout
 /// the middle of each face is inside the triangle of its feet, so that no seat rocks.
 struct BallFrame {
-  double edge_m = 0.07;  ///< distance of opposite faces without their feet
+  double edge_m = 0.07;  ///< distance between opposite faces, without their feet
   std::array<Eigen::Vector2d, 3> foot_positions_m = {Eigen::Vector2d(0.027, 0.027),
                                                      Eigen::Vector2d(-0.027, 0.009),
                                                      Eigen::Vector2d(0.009, -0.027)};
-  double foot_height_m = 0.004;  ///< distance of a ball's outermost point from its face
+  double foot_height_m = 0.004;  ///< distance from the face to the outermost point of a ball
   double ball_radius_m = 0.003;
 };
 
@@ -67,21 +69,21 @@ struct BallFrame {
 ///                      on its face, or the feet have a defect_of_feet().
 [[nodiscard]] AXISCAL_EXPORT CubeFeet feet_of_frame(const BallFrame& frame);
 
-/// Makes feet from contact points, for feet of any shape.
+/// Describes feet of any shape by their contact points.
 ///
-/// @return balls of radius 0. They are not checked here; a Positioner checks them.
+/// @return balls of radius 0. They are checked only when a Positioner is made of them.
 /// @param points  three points for each face, in the order of Face [m], frame positioner.
 [[nodiscard]] AXISCAL_EXPORT CubeFeet
 feet_from_points(const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size()>& points);
 
-/// @return the feet, rotated together about the mean of their centres.
+/// @return the three feet, rotated as one rigid body about the mean of their centres.
 [[nodiscard]] AXISCAL_EXPORT Feet feet_rotated(const Feet& feet, const Eigen::Matrix3d& rotation);
 
 /// @param normal  outward unit normal, frame positioner.
-/// @return the feet, rotated together about the mean of their centres so that their plane has the
-///         given normal.
-/// @throws DomainError  if the feet have a defect_of_feet(), or the normal is opposite to that of
-///                      their plane.
+/// @return the three feet, rotated as one rigid body about the mean of their centres, so that their
+///         contact plane has the given normal.
+/// @throws DomainError  if the feet have a defect_of_feet(), or `normal` is opposite to the normal
+///                      of their contact plane.
 [[nodiscard]] AXISCAL_EXPORT Feet feet_turned_to(Face face,
                                                  const Feet& feet,
                                                  const Eigen::Vector3d& normal);

@@ -13,10 +13,10 @@ namespace axiscal {
 
 /// The mount of an instrument in the positioner: one slot of an assembly.
 struct AXISCAL_EXPORT Mount {
-  std::string slot;  ///< slot name; columns of observations are called SLOT.axis
+  std::string slot;  ///< name of the slot, used in the names of columns: SLOT.axis
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  /// Standard deviation of the small rotation error of a mounting, about each axis. Each mounting
-  /// has another error.
+  /// Standard deviation of the small rotation, about each axis, by which a mounting deviates. The
+  /// deviation changes each time the instrument is mounted.
   double repeatability_rad = 0.0;
 };
 
@@ -27,10 +27,10 @@ enum class WebAxis { x, y };
 /// images").
 ///
 /// The web is perpendicular to the positioner's z. A mirror image is not a rotation, so an
-/// instrument cannot be mounted as its own mirror image. A rigid frame turns the second instrument
-/// by 180 degrees about an axis in the web, here the positioner's x, diag(1, -1, -1), or y,
-/// diag(-1, 1, -1). In both cases the second instrument's base is at the other side of the web. The
-/// two cases differ by 180 degrees about z.
+/// instrument cannot be mounted as its own mirror image. Instead, the second instrument is turned
+/// by 180 degrees about an axis in the web: the positioner's x, with the rotation diag(1, -1, -1),
+/// or y, with diag(-1, 1, -1). With either axis, the second instrument's base is on the other side
+/// of the web. The two orientations differ by 180 degrees about z.
 ///
 /// @param first, second  the slots' names.
 /// @return two mounts: the first has the cube's orientation, the second is turned.
@@ -44,7 +44,8 @@ enum class WebAxis { x, y };
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> parallel_mounts(
     const std::vector<std::string>& slots);
 
-/// Checks mounts. A matrix that was written with few digits is replaced by the nearest rotation.
+/// Checks mounts. Replaces a matrix that deviates from a rotation only by rounding by the nearest
+/// rotation, and returns the result.
 ///
 /// @throws DomainError  if a slot's name is empty or repeated, a matrix is not a rotation (to
 ///                      1e-6), or a repeatability is negative.

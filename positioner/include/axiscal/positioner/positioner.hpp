@@ -23,8 +23,8 @@ namespace axiscal {
 /// Checks a face's measured normal.
 ///
 /// @return "" if it is valid, else the reason: its length differs from 1 by more than 1e-6, or it
-///         is more than 0.2 rad from the face's nominal direction (faces mixed up, or left-handed
-///         axes).
+///         is more than 0.2 rad from the face's nominal normal. (Then faces were probably mixed up,
+///         or the axes are left-handed.)
 [[nodiscard]] AXISCAL_EXPORT std::string defect_of_normal(Face face, const Eigen::Vector3d& normal);
 
 /// Outward unit normals in the order of Face, frame positioner.
@@ -33,24 +33,24 @@ using FaceNormals = std::array<Eigen::Vector3d, all_faces.size()>;
 /// @throws DomainError  unless the matrix is symmetric without negative eigenvalues.
 AXISCAL_EXPORT void check_normal_covariance(const Eigen::Matrix<double, 18, 18>& covariance);
 
-/// Covariance of the 18 components of the normals [rad^2]: x, y, z of each face, in the order of
-/// Face.
+/// Covariance of the 18 components of the six normals [rad^2]: x, y, z of each face, in the order
+/// of Face.
 using NormalCovariance = Eigen::Matrix<double, 18, 18>;
 
-/// The known data of a face: feet, normal, or both.
+/// The measured data of a face: feet, normal, or both.
 ///
-/// If both are known, the normal defines the face's direction. The feet are turned together until
-/// their plane has that normal, and define only the contact points.
+/// If both are known, the normal defines the face's direction. The three feet are turned together
+/// until their contact plane has that normal, and define only the contact points.
 struct FaceDescription {
   std::optional<Eigen::Vector3d> normal;  ///< outward, unit length
   std::optional<Feet> feet;
 };
 
-/// The sources of a positioner's measurement.
+/// A calibrated instrument by whose readings a positioner was measured.
 struct MeasuredFrom {
-  std::string slot;          ///< the slot of the instrument
-  std::string record;        ///< its calibration record
-  std::string observations;  ///< the readings in this positioner
+  std::string slot;          ///< slot in which the instrument was mounted
+  std::string record;        ///< file with the instrument's calibration record
+  std::string observations;  ///< file with the instrument's readings in this positioner
 };
 
 /// The content of a positioner file (formats.md, Positioner).
@@ -61,7 +61,7 @@ struct PositionerDescription {
   std::vector<Mount> mounts;
   Surface surface;
   std::string created;   ///< time of the measurement, ISO 8601; may be empty
-  std::string software;  ///< program that measured it; may be empty
+  std::string software;  ///< program that computed the measurement; may be empty
   std::vector<MeasuredFrom> from;
   std::vector<std::string> notes;  ///< remarks on the measurement
 };
@@ -86,7 +86,7 @@ class AXISCAL_EXPORT Positioner {
   /// @throws DomainError  if a normal has a defect_of_normal().
   explicit Positioner(const FaceNormals& normals, std::string id = "");
 
-  /// A cube on feet. `surface` gives the lean of the fence.
+  /// A cube on feet. `surface` states the lean of the fence.
   ///
   /// @throws DomainError  if the feet of a face have a defect_of_feet(), or balls of different
   ///                      faces overlap.
@@ -107,23 +107,23 @@ class AXISCAL_EXPORT Positioner {
     return description_.faces[static_cast<std::size_t>(face)].feet;
   }
 
-  /// @return the feet of all faces, from which a similar cube can be made. For a face without known
-  ///         feet they are the feet of the default BallFrame.
+  /// @return the feet of all faces, from which a similar cube can be made. A face with unknown feet
+  ///         gets the feet of the default BallFrame.
   [[nodiscard]] CubeFeet drawing() const;
 
   /// The orientation of the cube at a design point.
   ///
-  /// The rows of the rotation are the table's axes x, y and z in the positioner's frame. With n_r
-  /// and n_f the normals of rest and fence face: z = -n_r, y = n_f - (n_f . z) z normalised,
-  /// x = y cross z. This is exact for the rest face. If the feet of the fence face are known,
-  /// seat_at_fence() makes the turn about z exact too. Otherwise the heading has an error of about
-  /// the deviation of the angle between n_f and n_r from 90 degrees. For the nominal cube the
-  /// entries are exactly 0, 1 and -1.
+  /// The rows of the rotation are the table's axes x, y and z in the positioner's frame. They
+  /// follow from the normals n_r of the rest face and n_f of the fence face: z = -n_r,
+  /// y = n_f - (n_f . z) z normalised, x = y cross z. The direction of z is exact. If the feet of
+  /// the fence face are known, seat_at_fence() makes the turn about z exact too. Otherwise, if the
+  /// angle between n_f and n_r differs from 90 degrees, the heading has an error of about this
+  /// difference. The rotations of the nominal cube have only the entries 0, 1 and -1.
   /// @par Source
   /// method.md, sections 2 and 9.
   [[nodiscard]] const Seat& seat(const DesignPoint& point) const;
 
-  /// @return the seat's rotation. Its rows are the vectors x, y and z of seat().
+  /// @return the rotation of seat(). Its rows are the table's axes x, y and z.
   /// @throws RefusedError  if the seat has a defect.
   [[nodiscard]] const Eigen::Matrix3d& rotation_table_from_positioner(
       const DesignPoint& point) const;
@@ -134,8 +134,8 @@ class AXISCAL_EXPORT Positioner {
   /// @return a copy of this cube with other mounts.
   [[nodiscard]] Positioner with_mounts(std::vector<Mount> mounts) const;
 
-  /// @param u_rad  standard uncertainty of each face's normal about any axis that lies in the face
-  ///               [rad]. Its variance is added to the stated normal_covariance.
+  /// @param u_rad  standard uncertainty of the tilt of each face about any axis that lies in the
+  ///               face [rad]. Its variance is added to the stated normal_covariance.
   /// @return a copy of this cube with a larger normal_covariance.
   /// @throws DomainError  if `u_rad` is negative.
   [[nodiscard]] Positioner with_normal_u(double u_rad) const;
@@ -152,7 +152,7 @@ class AXISCAL_EXPORT Positioner {
 
   PositionerDescription description_;
   FaceNormals normals_;
-  std::shared_ptr<const std::vector<Seat>> seats_;  // 6 x 6, by rest face and fence face
+  std::shared_ptr<const std::vector<Seat>> seats_;  // at the index 6 * rest face + fence face
   bool nominal_;
 };
 

@@ -11,15 +11,15 @@ namespace axiscal {
 
 /// Reads a positioner file (formats.md, Positioner).
 ///
-/// Each of the six `faces` has a `normal`, or `feet`, or both. If a face has both, the normal is
-/// the measured one, and the feet are turned to it. `normal_covariance`, `mounts` and `table` are
-/// optional. The member `surface` of `table` is "one_piece" (the default) or "separate".
+/// Each of the six `faces` has a `normal`, or `feet`, or both. If a face has both, its normal is
+/// `normal`, and the feet are turned to it. `normal_covariance`, `mounts` and `table` are optional.
+/// The member `surface` of `table` is "one_piece" (the default) or "separate".
 ///
 /// @param text  the file's content.
 /// @param path  the file's name for messages.
-/// @throws DataError  `PATH: /json/pointer: ...` if the text is not a positioner file: wrong format
-///                    or version, a face missing or misnamed, a normal that is not of unit length,
-///                    not exactly three feet, feet that are in a line or overlap, an unknown key.
+/// @throws DataError  if the text is not a valid positioner file, e.g. a face is missing, a normal
+///                    does not have unit length, a face does not have three feet, or a key is
+///                    unknown. The message begins with the path and the JSON pointer.
 [[nodiscard]] AXISCAL_EXPORT Positioner parse_positioner(std::string_view text,
                                                          const std::string& path);
 

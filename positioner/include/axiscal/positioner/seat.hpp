@@ -15,9 +15,9 @@ namespace axiscal {
 /// The seat of a cube at a design point: its orientation, and the feet that touch the fence.
 struct AXISCAL_EXPORT Seat {
   Eigen::Matrix3d rotation_table_from_positioner = Eigen::Matrix3d::Identity();
-  std::array<int, 2> contacts = {-1, -1};  ///< feet that touch the fence, from 0; -1: unknown
-  double turn_rad = 0.0;  ///< turn about the table's normal from the rotation by face normals
-  bool rocks = false;     ///< true if the middle foot protrudes: there is a second stable seat
+  std::array<int, 2> contacts = {-1, -1};  ///< indices of the feet that touch the fence, or -1
+  double turn_rad = 0.0;  ///< turn about the table's normal, relative to the rotation by normals
+  bool rocks = false;     ///< true if a second seat is stable, because the middle foot protrudes
   std::string defect;     ///< why the cube cannot lie at this point; empty for a valid seat
 };
 
@@ -29,13 +29,13 @@ struct AXISCAL_EXPORT Seat {
 ///
 ///     cos(lean) (c_x sin(theta) + c_y cos(theta)) + c_z sin(lean) = r_j - r_i,   c = c_i - c_j,
 ///
-/// the third foot does not reach it, and the centre is between the two along the fence; otherwise
-/// the push would turn the cube further. If two pairs of feet are stable, the seat whose centre is
-/// nearer to the fence is returned, and its `rocks` is true.
+/// the third foot does not reach the fence, and the cube's centre is between the feet i and j along
+/// the fence. (If it were not, the push would turn the cube further.) Here c_i and r_i are the
+/// centre and radius of foot i. If two pairs of feet are stable, the seat whose centre is nearer to
+/// the fence is returned, and its `rocks` is true.
 ///
-/// @param rotation_table_from_positioner  the cube's orientation by its face normals. Its rest face
-///                                        is exact; its turn about the table's normal is a start
-///                                        value.
+/// @param rotation_table_from_positioner  the cube's orientation by its face normals. It is
+///                                        turned further about the table's normal.
 /// @param fence_feet   feet of the fence face, frame positioner.
 /// @param lean_rad     angle by which the fence leans over the table. The direction towards the
 ///                     fence is (0, cos(lean), sin(lean)), frame table.

@@ -14,36 +14,38 @@
 namespace axiscal {
 
 struct ReportOptions {
-  /// The readings of the calibration, for their values and times; may be null.
+  /// Observations of the calibration, for the values and times of the readings; may be null.
   const Observations* observations = nullptr;
-  /// Histories of units. The report shows the drift from the first history that has the serial
-  /// number of the calibrated instrument.
+  /// Histories of instruments. The report shows the drift from the first history whose serial
+  /// number is that of the calibrated instrument.
   std::vector<UnitHistory> history;
-  /// Positions of the table's adjusters. The report then states the turns that level the table.
+  /// Positions of the table's adjusters (levelling screws). With them, the report states the turns
+  /// of the adjusters that level the table.
   std::optional<Surface> table;
-  /// The noise of the instrument at rest, for its Allan deviations; may be null.
+  /// Noise of the instrument at rest, for a chart of the Allan deviations; may be null.
   const LogNoise* noise = nullptr;
 };
 
-/// The largest expanded uncertainty (95 %) of a direction that one reading gives, over all
-/// directions of the field.
+/// The expanded uncertainty (95 %) of a direction that one reading gives, for the direction of the
+/// field in which it is largest.
 struct WorstAngleUncertainty {
   std::string quantity;       ///< "pitch", "roll", "yaw", or "direction of the field"
   double expanded_deg = 0.0;  ///< NaN if the record does not state uncertainties
 };
 
 /// @param calibration  a record of three axes or more.
-/// @return for instruments with pitch and roll: the larger of their uncertainties, up to 80 degrees
-///         of pitch, so that roll is defined. For other instruments: the uncertainty of the angle
-///         between the field and the reduced reading.
+/// @return the larger of the uncertainties of pitch and roll, for instruments that measure them.
+///         Only pitch angles up to 80 degrees count, because roll is undefined near 90 degrees. For
+///         other instruments, the uncertainty of the angle between the field and the reduced
+///         reading.
 [[nodiscard]] WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration);
 
-/// A report of a calibration as one HTML page. The page does not load other files.
+/// Writes a report of a calibration as one HTML page. The page does not load other files.
 ///
-/// Sections: verdict, instrument and run, the cube in its design points, coefficients, residuals,
+/// Sections: verdict, instrument and run, the cube at its design points, coefficients, residuals,
 /// levelness, uncertainty, temperature, orientations, drift. Each plot has a drawing, a description
-/// in words and a data table. A script, if this build has it, adds readouts and turns the cube. All
-/// text from the record is escaped.
+/// in words and a data table. If this build contains the script of the page, the script shows
+/// values at the pointer and turns the cube. All text from the record is escaped.
 ///
 /// @return an HTML page, UTF-8.
 [[nodiscard]] std::string calibration_report(const Calibration& calibration,

@@ -9,14 +9,14 @@
 
 namespace axiscal {
 
-/// @return details that ISO/IEC 17025 requires and that are missing: "customer (name)", ...
+/// @return the missing details that ISO/IEC 17025 requires, for example "customer (name)".
 [[nodiscard]] std::vector<std::string> missing_details(const Calibration& calibration,
                                                        const CertificateDetails& details);
 
-/// A calibration certificate as PDF in A4. Each page has the certificate's number and "page x of
-/// y"; the last page has an end mark.
+/// Writes a calibration certificate as a PDF in A4. Each page shows the certificate's number and
+/// "page x of y". The last page has an end mark.
 ///
-/// Missing details are left out, or shown as "not stated" if the standard requires them.
+/// A missing detail is shown as "not stated" if the standard requires it; otherwise it is left out.
 ///
 /// @throws RefusedError  for a refused calibration, or a record without uncertainties.
 /// @throws DomainError   if this build lacks cairo.

@@ -7,21 +7,22 @@
 
 namespace axiscal {
 
-/// One test of a unit.
+/// One test of an instrument (unit).
 struct FleetTest {
   std::string serial, date;                 ///< date in ISO 8601
   std::string station, operated_by, batch;  ///< empty if unknown
-  std::string reason;                       ///< why the unit did not pass
+  std::string reason;                       ///< reason why the unit did not pass
   bool passed = true;
-  /// For each parameter of the fleet: the value, its standard uncertainty u, and the part of u that
-  /// comes from reading noise. NaN if unknown; empty if the test gave no record.
+  /// For each parameter of the fleet: the value, the standard uncertainty u of the value, and the
+  /// part of u that comes from reading noise. An unknown number is NaN. The lists are empty if the
+  /// test gave no record.
   std::vector<double> values, u, u_noise;
 };
 
-/// A coefficient that is compared between the units, and its limits.
+/// A coefficient that is compared between the units, with its limits.
 struct FleetParameter {
-  std::string name;                 ///< "x.bias"
-  std::optional<double> low, high;  ///< in the unit of the values
+  std::string name;                 ///< for example "x.bias"
+  std::optional<double> low, high;  ///< limits, in the unit of the coefficient
 };
 
 /// The tests of many units of one kind.
@@ -32,7 +33,7 @@ struct Fleet {
   std::vector<FleetTest> tests;
 };
 
-/// Writes a page for the manager of a production line. It shows the yield, the reasons of failures,
+/// Writes a page about the tests of a production line. It shows the yield, the reasons of failures,
 /// the capability of each coefficient, control charts by time, station, operator and batch, the
 /// retests, and the units outside the distribution of their batch. The page does not load other
 /// files. Its size hardly depends on the number of units.

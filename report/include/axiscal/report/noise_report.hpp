@@ -7,9 +7,10 @@
 
 namespace axiscal {
 
-/// A report of a log's noise as one HTML page: N, B and K in the form of data sheets, a chart of
-/// the Allan deviations for each unit, and dwell times. The page does not load other files.
-/// @param source  the file name of the log, for the title.
+/// Writes a report of the noise of a log as one HTML page. It shows the coefficients N, B and K as
+/// data sheets state them, a chart of the Allan deviations for each unit, and dwell times. The page
+/// does not load other files.
+/// @param source  file name of the log, for the title.
 [[nodiscard]] std::string noise_report(const LogNoise& noise, const std::string& source);
 
 }  // namespace axiscal

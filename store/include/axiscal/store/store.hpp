@@ -16,7 +16,7 @@ struct StoredCoefficient {
   std::string name;  ///< "x.bias", "x.sensitivity.y"
   double value = 0.0;
   double u = 0.0;         ///< standard uncertainty; NaN if it is not known
-  double u_noise = 0.0;   ///< the part of u that comes from reading noise; NaN if it is not known
+  double u_noise = 0.0;   ///< the part of u due to the noise of the readings; NaN if not known
   double expanded = 0.0;  ///< half the width of the 95 % interval; NaN if it is not known
 };
 
@@ -48,10 +48,10 @@ struct StoreFilter {
   std::optional<std::string> since, until;  ///< first and last permitted StoredCalibration::date()
 };
 
-/// The part of a calibration that is read in addition to the members that are table columns.
+/// The part of a calibration that Store::for_each() reads in addition to the main table.
 enum class StoredPart { none, coefficients, record };
 
-/// @return the verdict by limits; without limits, true if the calibration was not refused.
+/// @return `passed` if it has a value; otherwise true if the status is "ok" or "warning".
 /// @param passed, status  as in StoredCalibration.
 [[nodiscard]] bool is_good(const std::optional<bool>& passed, const std::string& status);
 
@@ -108,7 +108,7 @@ class Store {
   bool add(const StoredCalibration& calibration);
 
   /// Ends the transaction, so that all added calibrations are in the database.
-  /// @throws OutputError  for the reasons of add().
+  /// @throws OutputError  if the database is full or unreachable, as add().
   void commit();
 
   /// Calls `take` for each calibration that matches the filter, sorted by serial number and date.
@@ -116,9 +116,9 @@ class Store {
                 StoredPart part,
                 const std::function<void(const StoredCalibration&)>& take) const;
 
-  /// @return the calibration that was valid for a unit at the time `at`: the last one up to then
-  ///         with the status "ok" or "warning".
-  /// @param at  time in ISO 8601, UTC; a date without a time means the end of that day. nullopt:
+  /// @return the calibration that was valid for a unit at the time `at`: the newest one with the
+  ///         status "ok" or "warning" whose date is not after `at`.
+  /// @param at  time in ISO 8601, UTC; a date without a time means the end of that day. If nullopt,
   ///            the newest calibration is returned.
   /// @throws DataError  if there is no such calibration, or if calibrations of several kinds or
   ///                    slots match `unit`; the message names two of them.
@@ -129,8 +129,8 @@ class Store {
   [[nodiscard]] std::vector<StoreCount> counts(const StoreFilter& filter) const;
 
   /// Checks each calibration: its record must exist, and `defect_of` must find no defect.
-  /// @param defect_of  returns a text about the difference between record and columns; empty if
-  ///                   there is no difference.
+  /// @param defect_of  compares the record with the other members, and returns a text about a
+  ///                   difference; empty if there is none.
   /// @return the damaged calibrations.
   [[nodiscard]] std::vector<StoreDefect> verify(
       const std::function<std::string(const StoredCalibration&)>& defect_of) const;

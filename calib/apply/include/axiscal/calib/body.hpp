@@ -16,12 +16,13 @@
 
 namespace axiscal {
 
-/// The rotation of a sensor in the model or vehicle whose angles are measured, with its
+/// The rotation between a sensor and the model or vehicle in which it is mounted, with its
 /// uncertainty.
 ///
-/// An error dtheta of the calibration's parameters changes the fields of the reference readings and
-/// of later readings in similar ways, so its effect on the angles partly cancels. To compute this,
-/// the rotation stores K: the error dtheta turns the rotation by -K dtheta.
+/// An error dtheta of the calibration's parameters changes the field computed from the reference
+/// readings and the field computed from later readings in similar ways, so its effect on the angles
+/// partly cancels. To compute this, the matrix K is stored: the error dtheta changes the rotation
+/// by the small rotation -K dtheta.
 ///
 /// @par Source
 /// method.md, section 11.
@@ -29,38 +30,40 @@ struct AXISCAL_EXPORT BodyRotation {
   Eigen::Matrix3d rotation_model_from_sensor = Eigen::Matrix3d::Identity();
   /// Total covariance of the rotation's error about the model's axes [rad^2].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// The part of `covariance` from the references and their readings, without the calibration.
+  /// The part of `covariance` that is due to the references and their readings. The rest is due to
+  /// the calibration.
   Eigen::Matrix3d covariance_of_references = Eigen::Matrix3d::Zero();
   /// Degrees of freedom of covariance_of_references; infinite if the references have a stated
   /// uncertainty.
   double degrees_of_freedom = 0.0;
   /// K, 3 x p: derivative of the rotation with respect to the calibration's parameters [rad per
-  /// unit of each].
+  /// unit of the parameter].
   Eigen::MatrixXd by_parameters;
-  std::vector<std::string> parameter_names;  ///< p
+  std::vector<std::string> parameter_names;  ///< names of the p parameters
   int readings = 0;                          ///< number of readings at references
-  /// Standard deviation of a measured direction about the stated one, along one axis perpendicular
-  /// to it.
+  /// Standard deviation of the angle between a measured and a stated direction, about one axis
+  /// perpendicular to the stated direction.
   double residual_sd_rad = 0.0;
-  std::string created;        ///< ISO 8601, UTC
-  std::string record;         ///< file of the calibration that it was made with; may be empty
-  std::string record_sha256;  ///< SHA-256 digest of that file; empty if it is unknown
+  std::string created;        ///< time of the computation, ISO 8601, UTC
+  std::string record;         ///< file with the calibration that was used; may be empty
+  std::string record_sha256;  ///< SHA-256 digest of `record`; empty if it is unknown
   /// Angle by which the last tare turned the rotation; 0 without a tare.
   double tare_rad = 0.0;
 };
 
-/// One reading at a reference: an attitude of the model, or one of its faces on a table.
+/// One reading in a known position: at a stated attitude of the model, or with one of the model's
+/// faces on a table.
 struct ReferenceReading {
-  int row = 0;  ///< number of the row in its file, from 1, for messages
+  int row = 0;  ///< row number in the file, from 1, for messages
   Eigen::VectorXd readings;
   std::optional<SensorTemperature> temperature;
   std::optional<StatedAttitude> attitude;  ///< attitude of the model; its heading is not used
-  std::optional<Face> flat;                ///< the face on the table, in any heading
+  std::optional<Face> flat;                ///< face of the model that lies on the table
 };
 
 struct BodyOptions {
-  /// Standard uncertainty of the references' directions [rad]; nullopt: it is estimated from their
-  /// scatter.
+  /// Standard uncertainty of the references' directions [rad]. If it is nullopt, it is estimated
+  /// from the scatter of the directions.
   std::optional<double> reference_u_rad;
   /// For corrected_by_tare(): true if the rotation was found with the same calibration record. If
   /// false, the errors of the rotation and of the record are taken as independent.
@@ -72,21 +75,22 @@ struct BodyOptions {
 /// the column `flat` as the name of a face. If the table lacks all three columns, the attitudes are
 /// unknown; corrected_by_tare() then takes pitch and roll as 0.
 ///
-/// @throws DataError  as read_observations(), or if a row states both an attitude and a face, or
-/// neither.
+/// @throws DataError  as read_observations(), or if a row states both an attitude and a face. Also
+///                    if a row states neither, although the table has one of the three columns.
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReferenceReading> read_references(
     CsvReader& csv, const Calibration& calibration);
 
-/// Finds the rotation R of a sensor in its model from readings at references. R minimises sum
-/// |u_i - R f_i|^2, where u_i is the stated direction of the field in the model and f_i the
-/// measured direction in the sensor (unit vectors).
+/// Finds the rotation R from a sensor to its model, from readings at references. R minimises the
+/// sum of |u_i - R f_i|^2. The unit vectors u_i and f_i are the stated direction of the field in
+/// the model, and the measured direction in the sensor.
 ///
-/// The mean of readings with one face on a table in two or more evenly spaced headings gives the
-/// direction of the face's normal, for any slope of the table.
+/// If a face lies on a table in two or more evenly spaced headings, the mean of the measured
+/// directions is the direction of the face's normal, for any slope of the table.
 ///
 /// @param calibration  a calibration of three axes or more whose field is gravity.
-/// @throws RefusedError  if the references do not determine a turn (the message names it), if they
-///                       are too few to determine their scatter, or if they contradict each other.
+/// @throws RefusedError  if the references do not determine the rotation about an axis (the message
+///                       names the axis), if they are too few to determine their scatter, or if
+///                       they contradict each other.
 /// @throws DomainError   if the calibration is of another kind, or if a reference does not have one
 ///                       reading for each axis.
 /// @par Source
@@ -96,17 +100,18 @@ find_body_rotation(const Calibration& calibration,
                    const std::vector<ReferenceReading>& references,
                    const BodyOptions& options = {});
 
-/// Turns the rotation by the smallest angle that makes it agree with readings in one attitude of
-/// the model.
+/// Corrects a rotation by the smallest rotation that makes it agree with readings in one attitude
+/// of the model (a tare).
 ///
-/// The turn about the vertical does not change. If the rotation was not found from references, this
-/// turn has a standard uncertainty of 1 degree, as after a mounting by eye. A shift of a bias has
-/// the same effect in this attitude, and the tare is then wrong in other attitudes. Readings in two
-/// attitudes half a turn of roll apart distinguish the two causes.
+/// The rotation about the vertical is not corrected. If the rotation was not found from references,
+/// the standard uncertainty about the vertical is 1 degree, as after mounting by eye. In the
+/// attitude of the tare, a shift of a bias has the same effect as a change of the mounting. If a
+/// bias has shifted, the tare makes other attitudes wrong. Readings in two attitudes that differ by
+/// half a turn of roll distinguish the two causes.
 ///
-/// @param tare  one reading or more in one attitude; if the attitude is not stated, pitch and roll
-///              are 0.
-/// @throws RefusedError  if the angle is above 0.2 rad, because the stated attitude is then
+/// @param tare  one reading or more in one attitude. If the attitude is not stated, pitch and roll
+///              are taken as 0.
+/// @throws RefusedError  if the correction is above 0.2 rad, because the stated attitude is then
 ///                       probably wrong.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation
 corrected_by_tare(const Calibration& calibration,
@@ -114,9 +119,9 @@ corrected_by_tare(const Calibration& calibration,
                   const std::vector<ReferenceReading>& tare,
                   const BodyOptions& options = {});
 
-/// The calibration in the model's axes. Fields and angles that it gives are those of the model. Its
-/// uncertainty includes the uncertainty of the rotation, and the correlation between the errors of
-/// the calibration and of the rotation.
+/// Converts a calibration to the model's axes, so that it gives the field and the angles of the
+/// model. The uncertainty then includes the uncertainty of the rotation, and the correlation
+/// between the errors of the calibration and of the rotation.
 ///
 /// @param same_record  true if the rotation was found with this record. If false, the errors of the
 ///                     rotation and of the record are taken as independent.
@@ -133,19 +138,19 @@ corrected_by_tare(const Calibration& calibration,
                                                               const std::string& path);
 [[nodiscard]] AXISCAL_EXPORT BodyRotation read_body_rotation(const std::string& path);
 
-/// The turn between two instruments on the two sides of a mechanical joint in a model, from one
-/// reading of each instrument.
+/// The angle by which a mechanical joint of a model has moved, from one reading of each of two
+/// instruments on the two sides of the joint.
 struct JointMovement {
   double angle_rad = 0.0;  ///< angle between the verticals that the two instruments measure
   /// Standard uncertainty of angle_rad; NaN if a record states no covariance.
   double u_rad = 0.0;
-  /// Probability of such a large angle without a movement; NaN if not tested.
+  /// Probability of an angle at least as large if the joint did not move; NaN if not tested.
   double p_value = 1.0;
 };
 
-/// @param first, second        the fields of both instruments, in the model's axes.
-/// @param first_covariance, .. their covariances; nullopt if a record states none.
-/// @param degrees_of_freedom   degrees of freedom of the sum of these covariances.
+/// @param first, second        the fields measured by both instruments, in the model's axes.
+/// @param first_covariance, .. covariances of the fields; nullopt if a record states none.
+/// @param degrees_of_freedom   degrees of freedom of the sum of the two covariances.
 /// @par Source
 /// method.md, section 11. The F test has 2 numerator degrees of freedom, because gravity does not
 /// determine the turn about the vertical.
@@ -156,15 +161,15 @@ joint_movement(const Eigen::Vector3d& first,
                const std::optional<Eigen::Matrix3d>& second_covariance,
                double degrees_of_freedom);
 
-/// The difference between a rotation and an earlier one. If both were found with the same record,
-/// the calibration's error is ignored, because it cancels for equal references.
+/// The change from one rotation to a later one. If both were found with the same record, the error
+/// of the calibration is ignored, because it cancels for equal references.
 struct BodyChange {
-  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< turn about the model's x, y, z axes
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< rotation vector, in the model's axes
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
-  double p_value = 1.0;  ///< probability of such a turn by chance
+  double p_value = 1.0;  ///< probability of a change at least as large by chance
 };
 
-/// @throws RefusedError  if both rotations have zero uncertainty about an axis.
+/// @throws RefusedError  if both rotations have zero uncertainty about the same axis.
 [[nodiscard]] AXISCAL_EXPORT BodyChange compare_rotations(const BodyRotation& before,
                                                           const BodyRotation& after);
 

@@ -20,34 +20,35 @@ namespace axiscal {
 
 /// Uncertainties of new readings, without the uncertainty of the calibration.
 struct ReadingNoise {
-  /// Standard deviation of one reading [unit], for each axis; default: the fit's residual_sd, with
-  /// its degrees of freedom.
+  /// Standard deviation of one reading [unit], for each axis. If it is nullopt, the fit's
+  /// residual_sd is used, with the degrees of freedom of the fit.
   std::optional<Eigen::VectorXd> sd;
-  double resolution = 0.0;  ///< smallest step of a reading [unit]; its error is uniform
-  /// Standard uncertainty of the temperature output [unit of the output].
+  double resolution = 0.0;  ///< smallest step of a reading [unit]; the rounding error is uniform
+  /// Standard uncertainty of the temperature sensor's output [unit of the output].
   double temperature_u = 0.0;
 };
 
-/// @return the resolution and the temperature output's uncertainty that a record states. `sd` is
-///         nullopt, so the scatter of the fit is used.
+/// @return the resolution and the temperature uncertainty that a record states. `sd` is nullopt, so
+///         that the scatter of the fit is used.
 [[nodiscard]] AXISCAL_EXPORT ReadingNoise stated_noise(const Calibration& calibration);
 
 /// Uncertainties of a reading's results, in their units.
 struct AXISCAL_EXPORT UncertaintyOfResults {
-  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit]
+  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< of the components [field unit]
   double residual = 0.0;
   std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN if the value is NaN
 };
 
 /// Standard and expanded uncertainties of a reading's results.
 struct ReducedUncertainty : UncertaintyOfResults {
-  /// Half widths of the intervals with the constructor's probability.
+  /// Expanded uncertainties: half widths of the intervals with the probability that was given to
+  /// the constructor of ReadingPropagation.
   UncertaintyOfResults expanded;
 };
 
 /// @param field  the field at the reading, frame sensor [field unit of the record].
-/// @return derivative of a reading with respect to the calibration's parameters, m x p, in the
-///         order of their names.
+/// @return derivative of the reading with respect to the calibration's parameters, m x p, in the
+///         order of the parameters' names.
 /// @throws DomainError  if the record lacks statistics.
 [[nodiscard]] AXISCAL_EXPORT Eigen::MatrixXd change_with_parameters(const Calibration& calibration,
                                                                     const Eigen::Vector3d& field,
@@ -57,8 +58,8 @@ class ReadingPropagation;
 
 /// @param propagation  the propagation with the same record.
 /// @param direction    direction of the field: unit vector, frame sensor.
-/// @return the expanded uncertainty (95 %) of the measured field's direction [deg], as an angle
-///         about the axis with the largest uncertainty.
+/// @return the expanded uncertainty (95 %) of the direction of the measured field [deg]: the angle
+///         about that axis for which it is largest.
 [[nodiscard]] AXISCAL_EXPORT double direction_uncertainty_deg(const Calibration& calibration,
                                                               const ReadingPropagation& propagation,
                                                               const Eigen::Vector3d& direction);
@@ -67,11 +68,11 @@ class ReadingPropagation;
 /// derived quantities, in any attitude (method.md, section 8).
 ///
 /// An error of the parameters acts like an error of the readings. If C is the covariance of the
-/// parameters and B = dv / d(parameters) at the measured field, this error has the covariance
-/// B C B^T. The derivative of the results with respect to the readings is a difference over a step
-/// as large as the readings' uncertainty, so that it is valid for angles that are not linear in the
-/// readings. An error of the field's magnitude cancels in angles if the readings are taken in the
-/// field of the calibration.
+/// parameters and B = dv / d(parameters) is the derivative of the readings v at the measured field,
+/// the equivalent error of the readings has the covariance B C B^T. The derivative of the results
+/// with respect to the readings is a difference over a step as large as the readings' uncertainty,
+/// so that it is valid for angles that are not linear in the readings. An error of the field's
+/// magnitude cancels in angles if the readings are taken in the field of the calibration.
 ///
 /// @code
 /// const axiscal::ReadingPropagation propagation(calibration, reducer);
@@ -82,10 +83,10 @@ class AXISCAL_EXPORT ReadingPropagation {
   /// @param calibration  a record with statistics and a covariance.
   /// @param reducer      a reducer of the same record; must outlive this object.
   /// @param noise        the uncertainties of new readings.
-  /// @param factor       ReductionOptions::factor of the reducer.
+  /// @param factor       the ReductionOptions::factor that was given to the reducer.
   /// @param probability  coverage probability of the expanded uncertainties.
-  /// @throws DomainError  if the record lacks the covariance of its parameters, if the scatter is
-  ///                      missing in the record and the sd is missing in `noise`, or if the
+  /// @throws DomainError  if the record lacks the covariance of its parameters, if neither the
+  ///                      record nor `noise` states the scatter of the readings, or if the
   ///                      probability is not between 0 and 1.
   ReadingPropagation(const Calibration& calibration,
                      const Reducer& reducer,
@@ -100,9 +101,9 @@ class AXISCAL_EXPORT ReadingPropagation {
     ratio_u_ = conversion.ratio_u;
   }
 
-  /// States that `up` comes from an instrument that was calibrated in the same cube. An error of
-  /// the cube's face normals changes both instruments' fields, so the errors of the two fields are
-  /// correlated.
+  /// Call this if `up` comes from an instrument that was calibrated in the same cube. An error of
+  /// the cube's face normals affects both calibrations, so the errors of this instrument's field
+  /// and of `up` are correlated.
   void share_cube();
 
   /// @param readings, context  see Reducer::reduce().
@@ -115,7 +116,7 @@ class AXISCAL_EXPORT ReadingPropagation {
     Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
     /// d|f| / d(parameters), one entry for each parameter [field unit per unit of the parameter].
     Eigen::RowVectorXd by_parameters;
-    /// Variance of the length from the reading's noise [field unit squared].
+    /// Variance of the length that is due to the noise of the reading [field unit squared].
     double reading_variance = 0.0;
   };
   [[nodiscard]] LengthChange length_change(
@@ -128,11 +129,11 @@ class AXISCAL_EXPORT ReadingPropagation {
       const std::optional<SensorTemperature>& temperature = {}) const;
 
   /// Standard uncertainties for one axis of an instrument with fewer than three axes. The field
-  /// perpendicular to the axis is unknown; its length is at most F.
+  /// perpendicular to the axis is unknown, but its length is at most F.
   struct Axis {
-    double component = 0.0;  ///< [field unit]
+    double component = 0.0;  ///< uncertainty of the component along the axis [field unit]
     double angle_rad = 0.0;
-    double coverage_factor = 0.0;  ///< coverage factor of both, for the constructor's probability
+    double coverage_factor = 0.0;  ///< coverage factor for component and angle
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
@@ -145,16 +146,17 @@ class AXISCAL_EXPORT ReadingPropagation {
                                                        const ReadingContext& context) const {
     return axiscal::change_with_parameters(calibration_, field, context);
   }
-  // The variance of a new block's readings in `field` about the mean of the record's blocks: m
-  // entries [unit^2]. It is 0 if the record has only one block.
+  // Returns the variance between blocks: the variance of the readings of a new block, taken in
+  // `field`, about the mean of the record's blocks. It has m entries [unit^2], and is 0 if the
+  // record has only one block.
   [[nodiscard]] Eigen::VectorXd between_blocks(const Eigen::Vector3d& field) const;
   void find_scatter_of_blocks();
   void add_blocks(const Eigen::RowVectorXd& gradient,
                   const Eigen::VectorXd& between,
                   VarianceShares& shares) const;
 
-  // The variance of a reading from noise, resolution and temperature output, without the
-  // calibration's uncertainty: m entries [unit^2].
+  // Returns the variance of a reading due to noise, resolution and temperature, without the
+  // uncertainty of the calibration: m entries [unit^2].
   [[nodiscard]] Eigen::VectorXd reading_variance(
       const Eigen::Vector3d& field, const std::optional<SensorTemperature>& temperature) const;
   [[nodiscard]] Eigen::MatrixXd change_with_readings(std::span<const double> readings,
@@ -173,7 +175,7 @@ class AXISCAL_EXPORT ReadingPropagation {
     double degrees_of_freedom = 0.0;
   };
 
-  // The variance of a result, split by source.
+  // Returns the variance of a result, split by source.
   // @param gradient          derivative of the result with respect to the readings.
   // @param B                 change_with_parameters().
   // @param reading_variance  m entries.
@@ -192,11 +194,11 @@ class AXISCAL_EXPORT ReadingPropagation {
   double component_u_ = 0.0;      // FieldConversion::component_u
   double ratio_u_ = 0.0;          // FieldConversion::ratio_u
   Eigen::MatrixXd covariance_;    // covariance of the parameters, without the error of F
-  Eigen::MatrixXd of_readings_;   // the part of covariance_ from the readings' scatter
-  Eigen::MatrixXd of_inputs_;     // the part of covariance_ from type B sources
-  std::vector<Part> components_;  // the parts of covariance_ from blocks, seats, ...
-  // One of the independent errors of the cube that also affect `up`: dS, its effect on S, and
-  // S^-1 dS.
+  Eigen::MatrixXd of_readings_;   // part of covariance_ that is due to the scatter of readings
+  Eigen::MatrixXd of_inputs_;     // part of covariance_ that is due to type B sources
+  std::vector<Part> components_;  // parts of covariance_ that are due to blocks, seats, ...
+  // The effect of one of the independent errors of the cube, which also affect `up`: the change dS
+  // of the sensitivities S, and S^-1 dS.
   struct CubeError {
     SensitivityMatrix of_sensitivity;
     Eigen::Matrix3d of_field;
@@ -213,13 +215,15 @@ struct AttitudeQuantity {
 
 /// The uncertainty budget of one reading in an attitude.
 struct AttitudeBudget {
-  std::vector<std::string> sources;  ///< the calibration's, then "reading", "resolution", ...
+  std::vector<std::string> sources;  ///< sources of the calibration, then "reading", ...
   std::vector<AttitudeQuantity> quantities;
 };
 
-/// @param field_in_sensor  the field that is read [field unit of the record].
-/// @param temperature      temperature of the sensor; default: the calibration's reference.
-/// @throws DomainError  as ReadingPropagation, and for fewer than three axes.
+/// Computes the uncertainty budget of a reading.
+/// @param field_in_sensor  the field that the instrument reads [field unit of the record].
+/// @param temperature      temperature of the sensor; default: the reference temperature of the
+///                         calibration.
+/// @throws DomainError  as ReadingPropagation, and if there are fewer than three axes.
 [[nodiscard]] AXISCAL_EXPORT AttitudeBudget attitude_budget(const Calibration& calibration,
                                                             const ReductionOptions& options,
                                                             const ReadingNoise& noise,
@@ -237,18 +241,18 @@ struct MonteCarloCheck {
   std::string name;
   double linear_u = 0.0;
   double linear_expanded = 0.0;
-  double mean_error = 0.0;  ///< mean of the simulated results minus the true value
+  double mean_error = 0.0;  ///< mean of the simulated results, minus the true value
   double sd = 0.0;
-  /// low_95 .. high_95: 95 % interval of the errors, symmetric in probability.
+  /// The interval low_95 .. high_95 contains 95 % of the errors; 2.5 % are on each side of it.
   double low_95 = 0.0;
   double high_95 = 0.0;
-  bool agrees = true;  ///< |low_95| and high_95 both equal linear_expanded within 10 %
+  bool agrees = true;  ///< true if |low_95| and high_95 differ from linear_expanded by at most 10 %
 };
 
 /// Draws parameters and readings from their distributions (Student's t for estimated scatter),
 /// reduces the readings, and compares the spread of the results with attitude_budget().
 /// @param trials  at least 1000.
-/// @throws DomainError  as attitude_budget(), and for fewer trials.
+/// @throws DomainError  as attitude_budget(), and if `trials` is too small.
 [[nodiscard]] AXISCAL_EXPORT std::vector<MonteCarloCheck> check_by_monte_carlo(
     const Calibration& calibration,
     const ReductionOptions& options,

@@ -18,7 +18,7 @@ namespace axiscal {
 /// The reading of an axis in a table: one column, or the difference of two columns.
 struct ReadingColumn {
   std::string axis;
-  std::string plus;   ///< name of the column
+  std::string plus;   ///< name of the column with the reading
   std::string minus;  ///< name of the column to subtract; empty if there is no such column
 };
 
@@ -26,8 +26,8 @@ struct ReadingColumn {
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReadingColumn> reading_columns(
     const Instrument& instrument);
 
-/// @return the columns of a record's axes in a table: their names, or SLOT.axis in a table of its
-///         whole assembly.
+/// @return the columns of a record's axes in a table. The columns have the names of the axes, or
+///         SLOT.axis if the table contains the whole assembly.
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReadingColumn> columns_in(const CsvReader& csv,
                                                                    const Calibration& calibration);
 
@@ -35,9 +35,11 @@ struct ReadingColumn {
 /// The list is empty if the record has no temperature terms.
 using TemperaturePlaces = std::vector<std::size_t>;
 
+/// Finds the temperature columns of a record.
 /// @param axes    the columns of the readings.
-/// @param column  the name of the column of a single sensor; for a slot, SLOT.column if it exists.
-///                Axes with separate sensors have AXIS_temperature or temperature_AXIS.
+/// @param column  name of the column if there is one temperature sensor. If a column with this name
+///                and the prefix SLOT. exists, it is used instead. If each axis has its own sensor,
+///                the columns are AXIS_temperature or temperature_AXIS.
 /// @throws DataError  if a column is missing.
 [[nodiscard]] AXISCAL_EXPORT TemperaturePlaces
 temperature_places(const CsvReader& csv,
@@ -45,24 +47,25 @@ temperature_places(const CsvReader& csv,
                    const SensorModel& sensor,
                    const std::string& column = "temperature");
 
-/// A second instrument in the same rows, on the other side of a mechanical joint of one model.
+/// A second instrument on the other side of a mechanical joint of the same model. Its readings are
+/// in the same rows as those of the first instrument.
 struct JointColumns {
   const Reducer* reducer = nullptr;  ///< in the model's axes
   std::vector<ReadingColumn> columns;
-  /// The propagation of the second and of the first instrument, in the model's axes; null if the
-  /// instrument's record states no covariance.
+  /// The uncertainty propagation of the second (`uncertainty`) and of the first instrument, in the
+  /// model's axes; null if the instrument's record states no covariance.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* own_uncertainty = nullptr;
   double degrees_of_freedom = 0.0;  ///< degrees of freedom of the sum of both covariances
-  /// An angle above alarm_rad is flagged `moved` if it is significant (p < 0.001). If the test is
-  /// impossible, every angle above alarm_rad is flagged, unless alarm_rad is 0.
+  /// An angle above alarm_rad is flagged `moved` if it is significant (p < 0.001). If significance
+  /// cannot be tested, every angle above alarm_rad is flagged, unless alarm_rad is 0.
   double alarm_rad = 0.0;
 };
 
 /// How reduced readings are written.
 enum class ReductionForm {
   csv,  ///< the table's cells, followed by the results
-  npy,  ///< only the results, in NumPy's binary format: 8 bytes each, 1 byte for the flag
+  npy,  ///< only results, in NumPy's binary format: 8 bytes for each number, 1 byte for the flag
 };
 
 struct ReductionCsvOptions {
@@ -73,8 +76,8 @@ struct ReductionCsvOptions {
   /// Column of the sensor's temperature, for records with temperature terms. If each axis has a
   /// separate sensor, the column is AXIS_temperature or temperature_AXIS.
   std::string temperature_column = "temperature";
-  /// The propagation of the results' uncertainties, and the propagation of the uncertainties of
-  /// `attitude`. If `uncertainty` is null, uncertainties are not written.
+  /// The uncertainty propagation of the results, and that of `attitude`. If `uncertainty` is null,
+  /// no uncertainties are written.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
   std::optional<JointColumns> joint;  ///< adds the columns `joint_deg` and `u_joint_deg`
@@ -83,7 +86,8 @@ struct ReductionCsvOptions {
   bool strict = false;  ///< if true, a row that cannot be reduced is an error
   /// Decimals of every result, 0 to 15; nullopt: the shortest text that gives the exact number.
   std::optional<int> decimals;
-  /// True: the sink gets each row as soon as it is reduced. False: it gets large blocks of rows.
+  /// True if the sink gets each row as soon as it is reduced; false if it gets large blocks of
+  /// rows.
   bool every_row = false;
 };
 
@@ -111,13 +115,14 @@ struct ReductionCsvSummary {
 /// Reduces a table row by row (formats.md, Reduced readings), in constant memory, on all cores of
 /// the machine. The output does not depend on the number of cores.
 ///
-/// Each row's cells are copied, and the results are appended. A cell that a spreadsheet would read
-/// as a formula gets an apostrophe in front. The results are `field_x`, `field_y`, `field_z`,
-/// `residual`, the derived values of the kind of instrument, and `flag`. With fewer than three axes
-/// these are `component_AXIS` for each axis, and `angle_AXIS_deg` if the kind has angles. A row
-/// that cannot be reduced is also written, with empty results and the flag `unreadable` or
-/// `saturated`. With `uncertainty`, the standard uncertainties follow with the prefix u_. With
-/// `expanded`, the expanded uncertainties (U_) and the coverage factors (k_) follow too.
+/// Each row's cells are copied, and the results are appended. If a spreadsheet would read a cell as
+/// a formula, an apostrophe is written in front of it. The results are `field_x`, `field_y`,
+/// `field_z`, `residual`, the derived values of the kind of instrument, and `flag`. If the
+/// instrument has fewer than three axes, the results are `component_AXIS` for each axis,
+/// `angle_AXIS_deg` if the kind of instrument has angles, and `flag`. A row that cannot be reduced
+/// is also written, with empty results and the flag `unreadable` or `saturated`. If `uncertainty`
+/// is set, the standard uncertainties follow in columns with the prefix u_. If `expanded` is true,
+/// the expanded uncertainties (U_) and the coverage factors (k_) follow too.
 ///
 /// @param csv      the readings, positioned after their header.
 /// @param axes     the columns to reduce, in the reducer's order.
@@ -131,8 +136,8 @@ AXISCAL_EXPORT ReductionCsvSummary reduce_csv(CsvReader& csv,
                                               const ReductionCsvOptions& options,
                                               const std::function<void(std::string_view)>& sink);
 
-/// The header before binary rows in a NumPy file: the names of the columns. Its length does not
-/// depend on the number of rows.
+/// Returns the header of a NumPy file, which precedes the binary rows and contains the names of the
+/// columns. Its length does not depend on the number of rows.
 [[nodiscard]] AXISCAL_EXPORT std::string reduction_npy_header(
     const std::vector<ReadingColumn>& axes,
     const Reducer& reducer,

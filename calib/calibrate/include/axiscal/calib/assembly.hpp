@@ -20,20 +20,21 @@ struct SlotObservations {
 
 /// Splits the readings of a run by slot.
 ///
-/// @param run  a run whose response columns are the axes of the first slot, then of the second, ...
+/// @param run  a run whose response columns are the axes of the first slot, then those of the
+///             second slot, and so on.
 /// @throws DomainError  if the list of slots is empty, or if the number of responses differs from
 ///         the number of axes.
 [[nodiscard]] AXISCAL_EXPORT std::vector<SlotObservations> split_by_slot(const Run& run);
 
-/// The orientation of a slot's instrument in its positioner.
+/// Returns the orientation of a slot's instrument in the positioner.
 ///
-/// Mounts that characterize() wrote are valid only for its reference instruments. Such a mount is
-/// used only if its slot is stated.
+/// A mount that characterize() wrote is valid only for the reference instrument that was used.
+/// Therefore such a mount is used only if its slot is stated.
 ///
 /// @param slot  name of the slot; empty if it is not stated.
-/// @return the rotation of the positioner's mount for this slot. If `slot` is empty, the rotation
-///         of the only mount, unless that mount belongs to a reference instrument. Otherwise the
-///         identity.
+/// @return the rotation of the positioner's mount for this slot. If `slot` is empty and there is
+///         only one mount, which does not belong to a reference instrument, it is the rotation of
+///         that mount. Otherwise it is the identity.
 /// @throws SetupError  if the positioner has mounts, but lacks a mount for the slot.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d mount_rotation(const Positioner& positioner,
                                                             const std::string& slot);
@@ -42,10 +43,11 @@ struct SlotObservations {
 [[nodiscard]] AXISCAL_EXPORT bool is_of_reference(const Positioner& positioner,
                                                   const std::string& slot);
 
-/// The mounts of an assembly's slots.
+/// Makes a mount for each slot of an assembly.
 ///
-/// @param assembly  "parallel", "single", "triple": all axes parallel to the cube's axes; "h",
-///                  "h:y": see h_shaped_mounts().
+/// @param assembly  "parallel", "single" or "triple" if the axes of all instruments are parallel to
+///                  the axes of the cube; "h" or "h:y" for an H-shaped frame, see
+///                  h_shaped_mounts().
 /// @throws DomainError  if the name is unknown, or if it does not suit the number of slots.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> mounts_of_assembly(
     const std::string& assembly, const std::vector<std::string>& slots);
@@ -58,14 +60,15 @@ struct SlotLevelness {
 
 /// Combines the levelness of several instruments on one table, and tests whether they agree.
 ///
-/// The test finds a loose instrument, a table that bends under an instrument, or wrong design
-/// points. The mounts do not affect it, because a slope follows from differences of readings,
-/// divided by the sensitivity from the same readings. If each block has its own levelness, the
-/// slope of the last block is used. The mean of the slopes is weighted by 1 / variance. Each slot's
-/// slope is compared with the mean of the other slots by an F(2, nu) test. The variance of the
-/// difference is the sum of both variances, and nu follows from their degrees of freedom. The
-/// smallest p-value gets Bonferroni's correction for the number of slots. If the result is below
-/// 0.001, the slot with the smallest p-value is the suspect. For two slots the suspect is empty.
+/// The test detects a loose instrument, a table that bends under an instrument, or wrong design
+/// points. The mounts do not affect it, because each slope is computed from differences of an
+/// instrument's readings, divided by the sensitivity from the same readings. If each block has its
+/// own levelness, the slope of the last block is used. The mean of the slopes is weighted by the
+/// inverse variances. Each slot's slope is compared with the mean of the other slots by an F(2, nu)
+/// test. The variance of the difference is the sum of both variances, and nu follows from their
+/// degrees of freedom. The smallest p-value is multiplied by the number of slots (Bonferroni). If
+/// the result is below 0.001, the slot with the smallest p-value is the suspect. If there are only
+/// two slots, no suspect is named.
 ///
 /// @param slots  two or more.
 /// @throws DomainError  if there are fewer than two slots.
@@ -75,8 +78,8 @@ struct SlotLevelness {
 combine_levelness(const std::vector<SlotLevelness>& slots);
 
 /// Computes the rotation between the frames of two instruments. The frame of an instrument is the
-/// orthogonal frame that is closest to the directions of its axes. An error of the cube rotates
-/// both frames by the same angle, so the uncertainty does not include it.
+/// orthogonal frame that is closest to the directions of the instrument's axes. An error of the
+/// cube rotates both frames by the same angle, so the uncertainty does not include this error.
 ///
 /// @param from, to  records of instruments with three axes that were calibrated in one cube.
 /// @return the orientation of the frame of `to` relative to the frame of `from`, with its
@@ -87,25 +90,25 @@ combine_levelness(const std::vector<SlotLevelness>& slots);
 [[nodiscard]] AXISCAL_EXPORT SlotAlignment alignment_of(const Calibration& from,
                                                         const Calibration& to);
 
-/// @return the small rotation between the two frames, as a rotation vector [rad]. The rotation
-///         matrix, rounded to whole numbers, describes quarter turns and mirroring; these are
-///         removed first.
+/// @return the small rotation between the two frames, as a rotation vector [rad]. Quarter turns and
+///         mirroring are removed first; the rotation matrix rounded to whole numbers describes
+///         them.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d rotation_without_quarter_turns(
     const SlotAlignment& alignment);
 
 /// Calibrates several instruments from one run. Each instrument has a slot, and the slot's mount
 /// gives its rotation.
 ///
-/// Instruments of several kinds (Experiment::slots) have their own fields, and share cube and
-/// table. If the table's slope is not stated, instruments in a vertical field measure it. The other
-/// instruments use this slope with its standard error.
+/// If the instruments are of several kinds (Experiment::slots), each has its own field, and they
+/// share the cube and the table. If the table's slope is not stated, the instruments in a vertical
+/// field measure it. The other instruments use this slope with its standard error.
 ///
-/// @param experiment  the experiment of all slots. Its slot and mount are replaced for each slot,
-///                    and also its instrument and field if Experiment::slots is not empty.
+/// @param experiment  the experiment of all slots. For each slot, its slot and mount are replaced.
+///                    If Experiment::slots is not empty, its instrument and field are replaced too.
 /// @param slots       the readings of each slot.
 /// @return a calibration for each slot, in the order of `slots`. It includes the combined levelness
-///         of the slots and the alignments with the other slots. A slot has a warning if its slope
-///         of the table disagrees with the other slots.
+///         of the slots and the alignments with the other slots. It has a warning if the slot and
+///         the other slots measure different slopes of the table.
 /// @throws SetupError, RefusedError  as calibrate(); the message starts with the slot.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> calibrate_assembly(
     const Experiment& experiment, const std::vector<SlotObservations>& slots);

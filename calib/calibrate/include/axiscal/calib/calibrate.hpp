@@ -20,8 +20,8 @@ namespace axiscal {
 /// The first suitable method of this list is chosen: `faces` if all six faces are present and fence
 /// faces are missing; `known` if the readings state their field; `magnitude` if they lack labels;
 /// `known` if fence faces are missing; otherwise `joint`. `paired`, the method of the patent, is
-/// used only if it is stated. For 12 readings, `paired` leaves 2 degrees of freedom for each axis,
-/// and `joint` leaves 7.3 with the same estimates.
+/// used only if it is stated. With 12 readings, both methods give the same estimates, but `paired`
+/// leaves only 2 degrees of freedom for each axis, and `joint` leaves 7.3.
 [[nodiscard]] AXISCAL_EXPORT Method choose_method(const Experiment& experiment,
                                                   const Observations& observations);
 
@@ -30,9 +30,9 @@ namespace axiscal {
 /// The response is v = b + S f + e with f_i = R_sp R_i f_table(i), where R_i rotates the table's
 /// frame to the positioner's and R_sp rotates the positioner's frame to the sensor's. `paired` fits
 /// the averages of opposite readings (same rest face, opposite fence faces) and then corrects for
-/// the measured tilt. `joint` fits all readings with the direction of the field in the table as two
-/// more unknowns. `known` takes the field as given. All methods use one linear regression core
-/// (LeastSquaresDesign).
+/// the measured slope of the table. `joint` fits all readings, with the direction of the field in
+/// the table as two more unknowns. `known` takes the field as given. All methods share the linear
+/// regression of LeastSquaresDesign.
 ///
 /// @code
 /// axiscal::Experiment experiment;
@@ -89,11 +89,12 @@ calibrate(const Experiment& experiment,
 ///     axiscal::calibrate(run, axiscal::accelerometer("V"), axiscal::gravity());
 /// @endcode
 ///
-/// @param instrument  if its axes are x, y, z (the default), the axes of the run are used.
+/// @param instrument  the instrument. If its axes are x, y, z (the default), the axes of the run
+///                    are used.
 /// @param force       `yes` also returns a refused calibration.
 /// @throws RefusedError  if the calibration is refused and `force` is `no`; the message contains
 ///                       its first warning.
-/// @throws SetupError    if the run is of several instruments; other errors as calibrate() for
+/// @throws SetupError    if the run contains several instruments; other errors as calibrate() for
 ///                       Observations.
 [[nodiscard]] AXISCAL_EXPORT Calibration calibrate(const Run& run,
                                                    Instrument instrument,

@@ -9,13 +9,14 @@
 
 namespace axiscal {
 
-/// Rotates the frame of an instrument to the frame of a companion in the same recording, for
-/// example the frame of a magnetometer to that of an accelerometer for tilt-compensated headings.
+/// Rotates the frame of an instrument to the frame of a second instrument in the same recording
+/// (the companion). For example, a magnetometer is rotated to the frame of an accelerometer, for
+/// tilt-compensated headings.
 ///
-/// Method `magnitude` does not determine the rotation of the frame. The angle between the fields of
-/// the two instruments is constant, and this determines the rotation between the instruments. Row i
-/// of both tables must be of the same time. Warnings are added if the rotation is uncertain, or if
-/// the angle differs from the angle at the site.
+/// Method `magnitude` does not determine the rotation of the instrument's frame. But the angle
+/// between the fields that the two instruments measure is constant, and this determines the
+/// rotation between the instruments. Row i of both tables must be of the same time. Warnings are
+/// added if the rotation is uncertain, or if the angle differs from the angle at the site.
 ///
 /// @param calibration   record of the instrument, three axes. Its sensitivity, covariance and
 ///                      quantities are rotated to the companion's frame, and `alignment` is set.
@@ -23,8 +24,8 @@ namespace axiscal {
 /// @param companion     record of the companion, three axes.
 /// @param companions    readings of the companion, with the same number of rows as `observations`.
 /// @param record        name of the companion's record, for `alignment`.
-/// @throws SetupError    unless the instrument was calibrated by method magnitude without design
-///                       points and with symmetric S.
+/// @throws SetupError    if the instrument was not calibrated by method magnitude without design
+///                       points and with a symmetric matrix S.
 /// @throws DomainError   if the numbers of readings differ, or if an instrument does not have three
 ///                       axes.
 /// @throws RefusedError  as align_by_constant_angle().

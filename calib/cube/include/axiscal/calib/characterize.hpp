@@ -27,8 +27,8 @@ struct Reference {
 
 struct CharacterizeOptions {
   std::string id;  ///< the name of the new positioner
-  /// If true, bias and sensitivity |S_k| of each axis are fitted too, because the readings along
-  /// the normals determine them. Then only the angles between the axes come from the records.
+  /// If true, the bias and the sensitivity |S_k| of each axis are fitted too. The readings along
+  /// the normals determine them. Only the angles between the axes then come from the records.
   bool free_bias_and_scale = true;
   /// Fits one slope of the table for each reference, or for each block of a reference.
   LevelBy level_by = LevelBy::run;
@@ -46,19 +46,19 @@ struct AXISCAL_EXPORT ReferenceResult {
   Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();
   double residual_sd = 0.0;  ///< scatter of a reading, pooled over the axes [field unit]
   int worst_run = 0;         ///< run number of the reading with the largest residual
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, mean over its blocks
-  /// Probability that this instrument's normals differ so much from the others' by chance; NaN if
-  /// there is only one instrument.
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, mean of all blocks
+  /// Probability that the normals from this instrument differ by chance so much from the normals
+  /// from the other instruments; NaN if there is only one instrument.
   double p_value = 0.0;
 };
 
-/// The effect of remounting an instrument.
+/// The repeatability of the orientation if an instrument is mounted again.
 struct MountRepeatability {
   std::string instrument;
-  std::vector<std::string> slots;  ///< the slots in which it has nearly the same orientation
-  /// Scatter of the rotation about each axis, without the fit's noise.
+  std::vector<std::string> slots;  ///< slots with nearly the same orientation of the instrument
+  /// Standard deviation of the rotation about each axis between mounts, without the fit's noise.
   double sd_rad = 0.0;
-  double degrees_of_freedom = 0.0;  ///< 3 (mounts - 1)
+  double degrees_of_freedom = 0.0;  ///< degrees of freedom of sd_rad: 3 (mounts - 1)
 };
 
 /// A measured positioner, with its uncertainty and the tests of the instruments.
@@ -66,7 +66,7 @@ struct Characterization {
   Positioner positioner;  ///< face normals with their covariance, and mounts
   std::vector<ReferenceResult> references;
   std::vector<MountRepeatability> repeatability;
-  double normal_u_rad = 0.0;     ///< standard uncertainty of a normal's component; rms over faces
+  double normal_u_rad = 0.0;     ///< rms standard uncertainty of the normals' components
   double noise_rad = 0.0;        ///< the part of normal_u_rad from the scatter of the readings
   double transferred_rad = 0.0;  ///< the part of normal_u_rad from the instruments' calibrations
   /// Probability of such differences between the instruments by chance; NaN for one instrument.
@@ -78,7 +78,7 @@ struct Characterization {
   std::vector<std::string> warnings;  ///< one sentence each
 };
 
-/// The scatter between mounts of one instrument in nearly the same orientation.
+/// Estimates the scatter between mounts of one instrument in nearly the same orientation.
 ///
 /// @param mounts        rotation_sensor_from_positioner of each mount, two or more, within 0.1 rad.
 /// @param fit_variance  mean variance of a mount's rotation about one axis from the fit's noise
@@ -92,10 +92,11 @@ estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_va
 ///
 /// Each reference k has readings at the design points. The model of a reading is
 ///
-///     v = b + (1 + scale) S M_k R_i(n)^T f_table,   R_i the rotation of the seat by the normals n,
+///     v = b + (1 + scale) S M_k R_i(n)^T f_table
 ///
-/// with unknown normals n, mounts M_k, a slope of the table for each run and, by default, bias and
-/// scale of each axis. The starting values are a generalised Procrustes fit of each face's mean
+/// R_i(n) is the rotation of the cube in its seat, which depends on the normals n. The unknowns are
+/// the normals n, the mounts M_k, a slope of the table for each run and, by default, bias and scale
+/// of each axis. The starting values are a generalised Procrustes fit of each face's mean
 /// reading. A Gauss-Newton fit then uses all readings, weighted by each reference's scatter. The
 /// frame of the result is the one in which the normals fit the nominal cube best (sum of e_r cross
 /// n_r is 0). The records' covariances are propagated to the normals. The uncertainty from K

@@ -21,8 +21,8 @@ namespace axiscal {
 struct AXISCAL_EXPORT GyroscopeTurn {
   std::array<std::span<const double>, 3> readings;  ///< raw, n samples of each axis [unit]
   std::span<const double> time_s;                   ///< n times, ascending
-  /// The direction up in the sensor's frame at the rests before and after the turn, of any length;
-  /// for example the mean of an accelerometer.
+  /// The upward vertical in the sensor's frame at the rests before and after the turn, for example
+  /// the mean readings of an accelerometer. The vectors may have any length.
   Eigen::Vector3d up_before = Eigen::Vector3d::Zero();
   Eigen::Vector3d up_after = Eigen::Vector3d::Zero();
   /// The rotation from the sensor's frame after the turn to the sensor's frame before it, if the
@@ -34,23 +34,25 @@ struct AXISCAL_EXPORT GyroscopeTurn {
   Eigen::Vector3d earth_rate_in_sensor = Eigen::Vector3d::Zero();
   /// The effects of q independent errors that all turns share; each error has variance 1. Column j
   /// of each 3 x q matrix is the effect of error j at the rest before, or after, the turn, in the
-  /// sensor's frame at that rest. The effect is a change of the direction up or, if the seats are
-  /// known, of the attitude, as a rotation vector [rad]. All turns have the same q.
+  /// sensor's frame at that rest. The effect is a change of the upward vertical or, if the seats
+  /// are known, of the attitude, as a rotation vector [rad]. All turns have the same q.
   Eigen::Matrix3Xd errors_before, errors_after;
   /// True if the turn begins at the rest at which the previous turn ended; the error of this rest
   /// then affects both turns.
   bool follows = true;
 };
 
-/// Sets the directions up at the rests before and after the turn from an accelerometer, with the
-/// uncertainty of its calibration.
+/// Sets the upward vertical at the rests before and after a turn from readings of an accelerometer.
+/// Also sets errors_before and errors_after from the uncertainty of the accelerometer's
+/// calibration.
 /// @param mean_before, mean_after  mean readings of the accelerometer at these rests.
 AXISCAL_EXPORT void between_directions(const Calibration& accelerometer,
                                        const Eigen::Vector3d& mean_before,
                                        const Eigen::Vector3d& mean_after,
                                        GyroscopeTurn& turn);
 
-/// Sets the rotation between two seats of a cube, with the uncertainty of its face normals.
+/// Sets the rotation of a turn from one seat of a cube to another. Also sets errors_before and
+/// errors_after from the uncertainty of the face normals.
 AXISCAL_EXPORT void set_turn_between_seats(const Positioner& positioner,
                                            const Eigen::Matrix3d& rotation_sensor_from_positioner,
                                            const DesignPoint& before,
@@ -59,8 +61,9 @@ AXISCAL_EXPORT void set_turn_between_seats(const Positioner& positioner,
 
 struct TurnFitOptions;
 
-/// Sets the Earth's rotation in the turns, and its uncertainty in the options. With a site, the
-/// component along up is known and the heading is not; without a site only the magnitude is known.
+/// Sets the known part of the Earth's rotation in the turns, and its uncertainty in the options.
+/// With a site, the vertical component is known and the heading is not. Without a site, only the
+/// magnitude is known.
 AXISCAL_EXPORT void set_earth_rotation(const std::optional<Site>& site,
                                        std::vector<GyroscopeTurn>& turns,
                                        TurnFitOptions& options);
@@ -76,13 +79,14 @@ struct AXISCAL_EXPORT RestFit {
   /// if it is known. 0: unknown or not significant.
   Eigen::Vector3d between_rests = Eigen::Vector3d::Zero();
   Eigen::Vector3d between_degrees_of_freedom = Eigen::Vector3d::Ones();
-  /// Change of the bias with the direction up, a row for each axis [unit per unit of the
-  /// directions]
+  /// Derivative of the bias with respect to the upward vertical in fit_rests(); one row for each
+  /// axis [unit per unit of the vertical]
   std::optional<Eigen::Matrix3d> g_sensitivity;
   std::optional<Eigen::Matrix3d> g_sensitivity_se;
   /// p-value of the test that the axis has no g-sensitivity, for each axis
   Eigen::Vector3d p_value = Eigen::Vector3d::Ones();
-  std::string remark;  ///< text if the rests drift or are correlated; else empty
+  /// a text if the biases drift or are correlated between rests; otherwise empty
+  std::string remark;
 };
 
 /// Computes the mean of the biases at the rests, and the change of the bias with gravity. If the
@@ -90,9 +94,9 @@ struct AXISCAL_EXPORT RestFit {
 /// includes this effect.
 ///
 /// @param means   mean readings of the gyroscope at the rests, in time order, n x 3.
-/// @param ups     the directions up at the rests, n x 3.
-/// @param mean_u  standard uncertainties of the means from the noise within each rest, n x 3;
-///                empty: the noise is unknown, and the bias is assumed to be equal at all rests.
+/// @param ups     the upward vertical at each rest, in the sensor's frame, n x 3.
+/// @param mean_u  standard uncertainties of the means from the noise within each rest, n x 3. If
+///                empty, the noise is unknown, and the bias is assumed to be equal at all rests.
 [[nodiscard]] AXISCAL_EXPORT RestFit fit_rests(const Eigen::MatrixX3d& means,
                                                const Eigen::MatrixX3d& ups,
                                                const Eigen::MatrixX3d& mean_u = {});
@@ -102,14 +106,14 @@ struct AXISCAL_EXPORT TurnFitOptions {
   /// none fits, the best of a grid of scales.
   std::optional<double> rate_per_unit;
   std::optional<Eigen::Matrix3d> start;  ///< approximate B = S^-1, used instead of rate_per_unit
-  /// True: the bias is fitted to the turns. False: the bias of the rests is used. Set it for logs
-  /// with a wandering bias or with short rests.
+  /// True: the bias is fitted to the turns, which suits logs with a wandering bias or with short
+  /// rests. False: the bias of the rests is used.
   bool fit_bias = false;
   /// The search ends if the relative change of B is below this number. 1e-4 is enough to compare
   /// fits, because the sum of squares is then exact to 1e-8.
   double tolerance = 1e-10;
-  /// Standard uncertainties of GyroscopeTurn::earth_rate_in_sensor [rad/s]: along up, and along
-  /// each of two horizontal directions.
+  /// Standard uncertainties of GyroscopeTurn::earth_rate_in_sensor [rad/s]: of the vertical
+  /// component, and of each of two horizontal components.
   double earth_up_u = 0.0;
   double earth_across_u = 0.0;
   /// True: the uncertainty includes all sources (errors of the rests, sampling, the Earth's
@@ -127,19 +131,20 @@ struct AXISCAL_EXPORT TurnFit {
       Eigen::Matrix3d::Identity();  ///< B = S^-1: w = B (v - b) [rad/s per unit]
   /// The covariance (12 x 12), the half widths of the 95 % intervals, and the degrees of freedom of
   /// these intervals. The order of the parameters is x.bias, x.sensitivity.x, ... All three include
-  /// all scatter.
+  /// all scatter, but not the uncertainties in `sources`.
   Eigen::MatrixXd covariance;
   Eigen::VectorXd interval_95;
   Eigen::VectorXd interval_dof;
   double degrees_of_freedom = 0.0;  ///< smallest degrees of freedom of a sensitivity
-  /// Parts of the covariance besides the scatter of the turns: `bias` and `rests`, from the scatter
-  /// of the rests.
+  /// Parts of the covariance besides the scatter of the turns: `bias` from the uncertainty of the
+  /// mean bias at the rests, and `rests` from the change of the bias between rests.
   std::vector<ScatterComponent> components;
   /// Sources of uncertainty that scatter cannot show: `directions` or `positioner`, `rotation of
   /// the Earth`, `sampling`.
   std::vector<UncertaintySource> sources;
   double residual_sd_rad = 0.0;  ///< scatter of one component of a turn's attitude error
-  double rest_sd_rad = 0.0;      ///< scatter of the error of a rest, which two turns share
+  /// scatter of the error of a rest, which affects the turn before and the turn after it
+  double rest_sd_rad = 0.0;
   /// attitude error of each turn [rad], in the sensor's frame before the turn
   std::vector<Eigen::Vector3d> residuals;
   /// largest number of revolutions in one turn; motions in both directions are added
@@ -154,8 +159,8 @@ struct AXISCAL_EXPORT TurnFit {
 ///     dR/dt = R [w cross],   w = B (v - b)
 ///     residual = log(R_known R(T)^T), or up_before - R(T) up_after
 ///
-/// The first residual is used if the seats are known. It determines 3 components of each turn; the
-/// second residual determines 2.
+/// The first residual is used if the seats are known, and has 3 independent components for each
+/// turn. The second residual has 2.
 ///
 /// The unknowns are the entries of B = S^-1. They are fitted by Gauss-Newton, with the analytic
 /// derivative of the residual: -integral of R(t) e_p (v - b)_q dt for the entry B_pq.
@@ -163,7 +168,7 @@ struct AXISCAL_EXPORT TurnFit {
 /// The residual of a turn has three errors: one of the turn itself, and one of each rest at its
 /// ends. The error of a rest affects the turns before and after it. Restricted likelihood estimates
 /// the variances of both kinds of errors. With fewer than 18 degrees of freedom, the errors of the
-/// rests are ignored. Other errors that turns share, above all the error of the bias at the rests,
+/// rests are ignored. Other errors that turns share, such as the error of the bias at the rests,
 /// also affect the residuals. They are fitted as unknowns with a prior (method.md, section 8).
 ///
 /// @param turns  turns about three or more different axes.
@@ -180,7 +185,7 @@ struct AXISCAL_EXPORT TurnFit {
                                                const RestFit& rests,
                                                const TurnFitOptions& options = {});
 
-/// The record of a gyroscope that was calibrated from turns. The record's field is
+/// Creates the record of a gyroscope that was calibrated from turns. The record's field is
 /// `induced_rotation` with the magnitude 1 rad/s.
 /// @param instrument  the gyroscope; kind, axes and unit must be set.
 /// @param rest_sd     standard deviation of the rests' means, for each axis [unit].
@@ -188,8 +193,8 @@ struct AXISCAL_EXPORT TurnFit {
                                                           const Instrument& instrument,
                                                           const Eigen::Vector3d& rest_sd);
 
-/// @return R(T) of each turn, computed with the fitted bias and B: the rotation from the sensor's
-///         frame after the turn to the sensor's frame before it.
+/// @return the rotation matrix R(T) of each turn, computed with the fitted bias and B. It takes the
+///         sensor's frame after the turn to the sensor's frame before it.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Matrix3d> integrated_rotations(
     std::span<const GyroscopeTurn> turns, const TurnFit& fit);
 

@@ -21,18 +21,20 @@ namespace axiscal {
 /// efficiency is 1.
 struct AXISCAL_EXPORT DesignQuality {
   bool determined = false;  ///< if false, efficiencies are 0 and variances infinite
-  /// Efficiency by det(X^T X)^(1/4). A larger value means a smaller confidence region of the
+  /// D-efficiency, from det(X^T X)^(1/4). A larger value means a smaller confidence region of the
   /// coefficients.
   double d_efficiency = 0.0;
-  /// Efficiency by 1 / trace (X^T X)^-1. A larger value means a smaller mean variance of the
+  /// A-efficiency, from 1 / trace((X^T X)^-1). A larger value means a smaller mean variance of the
   /// coefficients.
   double a_efficiency = 0.0;
-  double g_efficiency = 0.0;  ///< efficiency by 1 / largest_prediction_variance
-  /// Variance of a predicted response in the worst direction of the field [noise variance], and
-  /// that direction in the instrument's frame.
+  double g_efficiency = 0.0;  ///< G-efficiency, from 1 / largest_prediction_variance
+  /// Largest variance of a predicted response over all directions of the field, in units of the
+  /// noise variance.
   double largest_prediction_variance = 0.0;
+  /// Direction of the field with this variance, in the instrument's frame.
   Eigen::Vector3d worst_direction = Eigen::Vector3d::Zero();
-  Eigen::Vector3d variance_inflation = Eigen::Vector3d::Zero();  ///< one for each sensitivity
+  /// Variance inflation factor of each sensitivity.
+  Eigen::Vector3d variance_inflation = Eigen::Vector3d::Zero();
 };
 
 /// @param design          the design points.
@@ -50,7 +52,7 @@ struct AXISCAL_EXPORT DesignQuality {
 /// A D-optimal choice of n of the 24 design points.
 struct OptimalDesign {
   std::vector<DesignEntry> design;
-  double d_efficiency = 0.0;  ///< relative to the bound for any n readings
+  double d_efficiency = 0.0;  ///< D-efficiency, relative to the bound for any n readings
   /// D-efficiency of the 12-point design, relative to its own bound.
   double d_efficiency_of_standard = 0.0;
   /// Number of the model's parameters: 10, or 4 with fewer than 10 points.

@@ -23,12 +23,14 @@ struct AXISCAL_EXPORT ForecastSetup {
   std::vector<DesignEntry> design;  ///< one replicate
   int replicates = 1;
   Method method = Method::paired;
-  double noise_sd = 0.0;      ///< scatter of one sample [unit of the readings]
-  int samples = 1;            ///< independent samples that are averaged at each point
-  Positioner positioner;      ///< the cube; its normal_covariance is used if it is stated
-  double normal_u_rad = 0.0;  ///< further uncertainty of each face normal, about each of two axes
-  double level_u_rad = 0.0;   ///< method known: uncertainty of the table's slope along x and y
-  Mount mount;                ///< the instrument's orientation and its repeatability
+  double noise_sd = 0.0;  ///< scatter of one sample [unit of the readings]
+  int samples = 1;        ///< independent samples that are averaged at each point
+  Positioner positioner;  ///< the cube; its normal_covariance is used if it is stated
+  /// Standard uncertainty to add to each face normal, for each of its two components.
+  double normal_u_rad = 0.0;
+  /// Only method known: standard uncertainty of the table's slope, for x and y each.
+  double level_u_rad = 0.0;
+  Mount mount;  ///< the instrument's orientation and its repeatability
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the expected slope of the table
   World world;  ///< errors of the readings in addition to white noise; each replicate is a block
 };
@@ -61,7 +63,7 @@ struct Forecast {
   Eigen::MatrixXd positioner;          ///< from the face normals; replicates do not reduce it
   Eigen::MatrixXd level;               ///< from the slope of the table
   Eigen::MatrixXd mount;               ///< from the mount's repeatability
-  Eigen::MatrixXd world;               ///< from the entries of ForecastSetup::world
+  Eigen::MatrixXd world;               ///< from the simulated errors in ForecastSetup::world
   Eigen::VectorXd degrees_of_freedom;  ///< degrees of freedom of each axis's residual scatter
   LinearResponse response;             ///< the nominal response
   double magnitude = 1.0;              ///< F [field unit]
@@ -74,13 +76,14 @@ struct Forecast {
 /// Propagates the noise and the uncertainties of face normals, levelness and mount to the
 /// coefficients, by the linear map of the method from readings to coefficients.
 ///
-/// The forecast includes these entries of the world: block_sd, seat_rad, mount_rad, remount_rad,
-/// gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic. The readings are in
-/// random order. Use run_study() for the other entries, for example drift, k2 and k3.
+/// The forecast includes these members of World: block_sd, seat_rad, mount_rad, remount_rad,
+/// gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic. It assumes that the
+/// readings are in random order. Use run_study() for the other entries, for example drift, k2 and
+/// k3.
 ///
 /// The forecast assumes one slope of the table for the whole run. A forecast uncertainty is the
-/// root mean square of the standard errors that many such calibrations state. Their mean is lower,
-/// by 11 % at 2 degrees of freedom and by 3 % at 7.
+/// root mean square of the standard errors that many such calibrations state. The mean of these
+/// standard errors is lower, by 11 % at 2 degrees of freedom and by 3 % at 7.
 /// @throws DomainError         if the noise is negative, or replicates or samples are below 1.
 /// @throws RankDeficientError  if the design does not determine the coefficients.
 /// @throws RefusedError        if the cube cannot lie at a point, or if the method is `paired` and
@@ -92,8 +95,8 @@ struct Forecast {
 
 /// The expected uncertainty of calibrated readings in an attitude.
 struct AngleUncertainty {
-  double pitch_rad = 0.0;  ///< standard uncertainty from the calibration only
-  double roll_rad = 0.0;   ///< grows as 1 / cos(pitch)
+  double pitch_rad = 0.0;  ///< standard uncertainty of the pitch, from the calibration only
+  double roll_rad = 0.0;   ///< standard uncertainty of the roll; it grows as 1 / cos(pitch)
 };
 
 /// @param covariance           covariance of b and S by axis: Forecast::covariance() or one of its
@@ -110,18 +113,18 @@ forecast_angles(const Forecast& forecast,
                 PitchFormula formula = PitchFormula::arcsine);
 
 /// @return the largest standard uncertainty of the field's direction from calibrated readings, over
-///         all attitudes and all directions across the field [rad].
+///         all attitudes and all directions perpendicular to the field [rad].
 /// @throws DomainError  as forecast_angles().
 [[nodiscard]] AXISCAL_EXPORT double largest_angle_uncertainty(const Forecast& forecast,
                                                               const Eigen::MatrixXd& covariance);
 
-/// The smallest number of replicates that gives a wanted uncertainty.
+/// Finds the smallest number of replicates of the design that gives a wanted uncertainty.
 ///
 /// @param wanted_rad  the wanted largest_angle_uncertainty().
 /// @return the number of replicates, each with setup.samples samples at a point: an integer up to
 ///         1e15. nullopt if no number is enough, because the uncertainty without noise already
 ///         exceeds `wanted_rad`.
-/// @throws DomainError  if `wanted_rad` is not positive; else as forecast().
+/// @throws DomainError  if `wanted_rad` is not positive, and as forecast().
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> replicates_for_angle(const ForecastSetup& setup,
                                                                         double wanted_rad);
 

@@ -41,8 +41,9 @@ struct HandMotion {
   Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< angular rate, frame sensor [rad/s]
 };
 
-/// A turn from rest to rest about one axis. Its rate is proportional to 1 - cos(2 pi part), so it
-/// begins and ends smoothly.
+/// Returns the motion during a turn from rest to rest about one axis. The rate is proportional to
+/// 1 - cos(2 pi part), so the turn begins and ends smoothly.
+/// @param from, to  the attitudes at the two rests, as rotation_table_from_sensor.
 /// @param part     the elapsed fraction of the turn's time, 0 to 1.
 /// @param seconds  the duration of the whole turn.
 [[nodiscard]] AXISCAL_EXPORT HandMotion hand_motion(const Eigen::Matrix3d& from,
@@ -62,11 +63,11 @@ struct HandMotion {
 struct SimulatedTurns {
   std::vector<double> time_s;
   Eigen::MatrixXd readings;  ///< n x m
-  /// n x 3: the direction up, frame sensor.
+  /// n x 3: the upward vertical at each sample, as a unit vector in the frame `sensor`.
   Eigen::MatrixX3d up;
-  /// For each rest its first sample and its number of samples.
+  /// For each rest, the index of its first sample and its number of samples.
   std::vector<std::pair<std::size_t, std::size_t>> rests;
-  Eigen::VectorXd bias_of_run;  ///< see SimulatedRun::bias_of_run
+  Eigen::VectorXd bias_of_run;  ///< mean of the random walk; see SimulatedRun::bias_of_run
 };
 
 /// Simulates a recording `turns` in the seats of a run sheet. Rests take two thirds of the time.
@@ -80,8 +81,8 @@ struct SimulatedTurns {
                                                            const Eigen::Vector3d& earth_in_table,
                                                            const SimulationOptions& options = {});
 
-/// Calibrates the gyroscope by the turns of a recording, with known seats. calibrate_imu() is the
-/// corresponding function for a recorded log.
+/// Calibrates a gyroscope by the turns of a simulated recording. The seats of the rests are taken
+/// from `sheet`. calibrate_imu() is the corresponding function for a real log.
 /// @param cube  the cube that the calibration assumes.
 [[nodiscard]] AXISCAL_EXPORT Calibration
 calibrate_turns(const SimulatedTurns& recording,
@@ -91,7 +92,7 @@ calibrate_turns(const SimulatedTurns& recording,
                 const Eigen::Matrix3d& rotation_sensor_from_positioner,
                 const std::optional<Site>& site);
 
-/// @return the truth in the frame that method magnitude uses: rotated so that the sensitivity
+/// @return the truth in the frame that method magnitude uses. It is rotated so that its sensitivity
 ///         matrix has the given shape.
 [[nodiscard]] AXISCAL_EXPORT SensorModel rotated_to_shape(SensorModel truth, MagnitudeShape shape);
 

@@ -21,21 +21,22 @@ struct AXISCAL_EXPORT SimulationOptions {
   double noise_sd = 0.0;      ///< standard deviation of a reading [unit of the readings]
   Eigen::VectorXd noise_sds;  ///< one standard deviation for each axis; if empty, noise_sd is used
   World world;                ///< other errors of the readings
-  /// Slope of the table in addition to that of the truth's field.
+  /// Slope of the table, in addition to the slope that the truth's field contains.
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-  /// Azimuth of the fence; the field of the truth is that for azimuth 0.
+  /// Azimuth of the fence. The field of the truth is stated for azimuth 0.
   double fence_azimuth_rad = 0.0;
   Positioner positioner;  ///< the cube
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  double temperature_sd = 0.0;  ///< scatter of the true temperature about the run sheet's
-  double resolution = 0.0;      ///< readings are rounded to multiples of it [unit]; 0: no rounding
+  double temperature_sd = 0.0;  ///< scatter of the true temperature about the planned one
+  double resolution = 0.0;      ///< rounding step of the readings [unit]; 0: no rounding
   std::uint64_t seed = 1;       ///< seed of the random numbers
   std::uint32_t stream = 0;     ///< each instrument of an assembly needs its own random stream
 };
 
-/// @return the truth on a level table. The slope is found from gravity in the table's frame, or
-///         else from the turntable's axis. It is removed from all fields whose source is not on the
-///         table. If the fields do not determine the slope, the truth is returned unchanged.
+/// Removes the slope of the table from all fields whose source is not on the table. The slope is
+/// found from gravity in the table's frame or, if there is none, from the turntable's axis.
+/// @return the truth on a level table. If the fields do not determine the slope, the truth is
+///         unchanged.
 [[nodiscard]] AXISCAL_EXPORT SensorModel on_level_table(SensorModel truth);
 
 /// @return the truth with field.in_table. If the record lacks this field, for example after method
@@ -51,28 +52,30 @@ struct SimulatedRun {
   Eigen::VectorXd bias_of_run;
 };
 
-/// Observations of a known truth: v_i = b + S R_sp R_i f_table + noise.
+/// Simulates the readings of a sensor with a known response: v_i = b + S R_sp R_i f_table + noise.
+/// R_sp is the mount, and R_i is the rotation from the table to the cube.
 ///
-/// The field in the table is the truth's `in_table`; if this is nullopt, it is the truth's
-/// magnitude along the normal. It is then tilted by the slope (x, y): (0, 0, 1) becomes
-/// (x, y, sqrt(1 - x^2 - y^2)). Therefore the result of a calibration can be used as the truth. In
-/// a sum of fields, parts with a source on the table keep their direction in the frame table.
+/// The field in the table is field.in_table of the truth. If this is nullopt, the field has the
+/// magnitude of the truth's field and is along the table's normal. The field is then tilted by the
+/// slope (x, y): (0, 0, 1) becomes (x, y, sqrt(1 - x^2 - y^2)). Therefore the result of a
+/// calibration can be used as the truth. In a sum of fields, parts whose source is on the table are
+/// not tilted.
 /// One-sided axes do not respond to light from behind.
 ///
 /// @param truth  the true instrument, field and response, for example from a calibration.
 /// @param sheet  the design points in the order in which they are taken.
 /// @return the readings; the same seed gives the same numbers.
-/// @throws DomainError  if the noise is negative or not finite, if the slope is 1 or more, or if
-///                      the world states numbers for a different number of axes.
+/// @throws DomainError  if the noise is negative or not finite, if the slope is 1 or more, or if a
+///                      member of the World has numbers for a different number of axes.
 /// @par Source
 /// method.md, sections 2, 3 and 8.
 [[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
                                                        const std::vector<RunSheetRow>& sheet,
                                                        const SimulationOptions& options = {});
 
-/// simulate_run() with a given random stream for the noise. With the stream of stream_of_noise(),
-/// the result is that of the overload without a stream. RandomStream::seed_several() seeds several
-/// streams faster.
+/// Does the same with a given random stream for the noise. If the stream is from stream_of_noise(),
+/// the result equals that of the overload without a stream. RandomStream::seed_several() seeds
+/// several streams faster.
 [[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
                                                        const std::vector<RunSheetRow>& sheet,
                                                        const SimulationOptions& options,

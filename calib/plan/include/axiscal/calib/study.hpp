@@ -25,12 +25,12 @@ struct StudySetup {
   std::vector<DesignEntry> design;
   int replicates = 1;
   std::vector<double> temperatures;  ///< soak levels; empty: no temperatures
-  SimulationOptions simulation;      ///< noise, slope, the world, ...; its seed is not used
-  /// Standard deviation for each axis [unit]; empty: simulation.noise_sd.
+  SimulationOptions simulation;      ///< noise, slope, other errors, ...; its seed is not used
+  /// Standard deviation of each axis's noise [unit]; empty: simulation.noise_sd.
   Eigen::VectorXd noise_sd;
-  double slope_sd = 0.0;  ///< standard deviation of each run's further slope, x and y [rad]
-  /// If a drawing is stated, each run has its own cube, drawn with these tolerances. The
-  /// calibration assumes the cube of the drawing.
+  double slope_sd = 0.0;  ///< standard deviation of each run's additional slope, x and y [rad]
+  /// If a drawing is stated, each run has a random cube, made from the drawing with `tolerances`.
+  /// The calibration assumes the cube of the drawing.
   std::optional<CubeFeet> drawing;
   Surface surface;
   Tolerances tolerances;
@@ -52,14 +52,14 @@ struct StudySetup {
   bool alarms = false;
 };
 
-/// The part of a study's trials to run. All shards of one seed together run the same trials as one
-/// run without shards.
+/// The part of a study's trials that one call runs. All shards of one seed together run the same
+/// trials as one call without shards.
 struct Shard {
   int number = 1;  ///< number of this shard, from 1
   int count = 1;
 };
 
-/// Sums over the trials of one block of trials, for one quantity.
+/// Sums of one quantity over the trials of one block.
 struct StudySums {
   double trials = 0.0;
   double error = 0.0;
@@ -68,18 +68,18 @@ struct StudySums {
   double covered = 0.0;
 };
 
-/// The result of some trials. Trials are summed by blocks in the order of the blocks, so the result
-/// does not depend on the division into shards.
+/// The result of some trials. The trials are divided into blocks, and the sums of the blocks are
+/// added in a fixed order. Therefore the result does not depend on the division into shards.
 struct Study {
   std::uint64_t seed = 1;
-  std::int64_t trials = 0;  ///< number of trials of all shards of the study together
-  std::int64_t block = 0;   ///< trials in a block
-  std::string
-      setup;  ///< a digest of the simulation's settings; shards of one study have equal digests
+  std::int64_t trials = 0;  ///< number of trials in the whole study, in all shards
+  std::int64_t block = 0;   ///< number of trials in a block
+  /// A digest of the study's settings. All shards of one study have the same digest.
+  std::string setup;
   std::vector<std::string> parameters;
   std::vector<std::int64_t> blocks;          ///< numbers of the blocks that were run
   std::vector<std::vector<StudySums>> sums;  ///< for each block, one for each parameter
-  std::int64_t refused = 0;                  ///< trials that gave no calibration
+  std::int64_t refused = 0;                  ///< number of trials without a calibration
   /// The number of trials with each warning, by its name; `any` counts trials with at least one.
   /// Empty if StudySetup::alarms was false.
   std::map<std::string, std::int64_t> warnings;
@@ -95,14 +95,14 @@ struct StudyResult {
 };
 
 /// Runs the trials of a shard on all cores. Trial t depends only on the seed and on t, so neither
-/// shards nor cores change the result. If the world is not white noise, each run is searched for
-/// mistakes, because calibrate() fits a drift that the search finds.
+/// shards nor cores change the result. If errors other than white noise are simulated, each run is
+/// searched for mistakes, because calibrate() fits a drift that this search finds.
 ///
 /// @param progress  receives the number of finished trials; may be empty. Its calls never overlap.
 /// @throws DomainError  for fewer than 1 trial, for an invalid shard, for a recording `sweep`
 ///         (because its biases contain the field), or if `regression_only` is combined with
-///         settings that it does not support (worlds, alarms, temperature terms, second fields,
-///         one-sided axes).
+///         settings that it does not support (errors other than white noise, alarms, temperature
+///         terms, additional fields, one-sided axes).
 /// @throws SetupError, RefusedError  as in calibrate(), if the first trial cannot be calibrated.
 [[nodiscard]] Study run_study(const StudySetup& setup,
                               std::int64_t trials,

@@ -17,7 +17,7 @@ struct Tolerances {
   double foot_height_m = 0.0;   ///< the height of each ball along its face's normal
   double ball_radius_m = 0.0;   ///< the variation of each ball's radius
   double squareness_rad = 0.0;  ///< the turn of each face about each of its two edge directions
-  double fence_rad = 0.0;       ///< the lean of the fence
+  double fence_rad = 0.0;       ///< the angle by which the fence leans over the table
 };
 
 /// Returns a random cube, as if it were made from the drawing with these tolerances.
@@ -35,7 +35,7 @@ struct Tolerances {
                                                                    const Tolerances& tolerances);
 
 /// Root mean square errors of a calibration that assumes the cube of the drawing. Errors of biases
-/// and sensitivities are divided by the length of the axis's sensitivity.
+/// and sensitivities are divided by the norm |S_k| of the axis's sensitivity.
 struct CalibrationErrors {
   double bias = 0.0;         ///< [field unit]
   double sensitivity = 0.0;  ///< relative error of each axis's main component
@@ -53,7 +53,8 @@ struct ToleranceEffect {
   CalibrationErrors simulated;
   /// Number of simulated cubes that could not lie at a point or were not valid cubes.
   int unusable = 0;
-  double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have a smaller error in every attitude
+  /// Error of the field's direction that 95 % of the cubes stay below in every attitude.
+  double worst_angle_95_rad = 0.0;
 };
 
 struct ToleranceStudy {
@@ -68,11 +69,11 @@ struct ToleranceStudy {
   std::uint64_t seed = 1;
 };
 
-/// The errors that a cube's tolerances cause in calibrations, for each method that the design
-/// allows.
+/// Computes the errors that a cube's tolerances cause in calibrations, for each method that the
+/// design allows.
 ///
-/// Noise is left out; forecast() gives its effect. Method `known` assumes a level table, so its
-/// error includes the effect of the slope.
+/// Noise of the readings is not simulated; forecast() gives its effect. Method `known` assumes a
+/// level table, so its error includes the effect of the slope.
 /// @return the effects for the methods `paired`, `joint` and `known`, without those that the design
 ///         does not determine.
 /// @throws DomainError  for fewer than 1 trial, a negative tolerance, or fewer than three axes.

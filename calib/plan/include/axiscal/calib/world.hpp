@@ -13,17 +13,19 @@ namespace axiscal {
 /// has no effect. If all entries are 0, the noise is white and normal.
 struct AXISCAL_EXPORT World {
   double block_sd = 0.0;  ///< scatter of the bias from block to block, each axis [unit]
-  double seat_rad = 0.0;  ///< turn of the cube each time it is laid, about x, y and z each [rad]
-  double mount_rad =
-      0.0;  ///< turn of the instrument in the cube in each block, about x, y and z each [rad]
-  /// Turn as with mount_rad, but the readings do not state different mounts [rad].
+  /// Standard deviation of the cube's turn about each of x, y and z when it is laid down [rad].
+  double seat_rad = 0.0;
+  /// Standard deviation of the instrument's turn in the cube from block to block, about each of x,
+  /// y and z [rad].
+  double mount_rad = 0.0;
+  /// Like mount_rad, but the readings do not state that the instrument was mounted again [rad].
   double remount_rad = 0.0;
   double gain = 0.0;    ///< scatter of each axis's sensitivities from block to block, relative
   double jitter = 0.0;  ///< scatter of the field's magnitude from reading to reading, relative
-  /// Scatter as with jitter, but with a correlation of 0.9 between consecutive readings.
+  /// Like jitter, but with a correlation of 0.9 between consecutive readings.
   double wander = 0.0;
-  /// Noise with the field along an axis, divided by the noise with the field perpendicular to it;
-  /// 0: both are equal.
+  /// Noise of an axis if the field is along the axis, divided by its noise if the field is
+  /// perpendicular. 0 has the effect of 1: the noise does not depend on the field.
   double ends = 0.0;
   double periodic = 0.0;  ///< amplitude of a disturbance that repeats every 7.3 readings [unit]
   double ar = 0.0;        ///< correlation of the noise of consecutive readings, in -1 .. 1
@@ -32,31 +34,34 @@ struct AXISCAL_EXPORT World {
   double walk_sd = 0.0;
   double drift = 0.0;  ///< change of the bias over the run, linear in reading order [unit]
   double round = 0.0;  ///< readings are rounded to multiples of this step [unit]
-  int tails = 0;       ///< degrees of freedom of Student's noise, 3 or more; 0: normal
-  /// The effect of the squared (k2) and the cubed (k3) field along an axis, at full field [unit]:
-  /// one number for all axes, or one number for each axis. If empty, the effect is 0.
+  /// Degrees of freedom of noise with Student's distribution, 3 or more; 0: normal noise.
+  int tails = 0;
+  /// Response to the squared (k2) and the cubed (k3) field component along an axis, if the full
+  /// field is along the axis [unit]. Each has one number for all axes or one number for each axis.
+  /// If it is empty, there is no such response.
   std::vector<double> k2;
   std::vector<double> k3;
   /// True if errors of the face normals, the slope, the field's direction and its magnitude are
   /// drawn from their stated uncertainties.
   bool stated = false;
 
-  /// @return true if noise is white and normal, and all other entries are off.
+  /// @return true if all entries are 0, so that the only error is white, normal noise.
   [[nodiscard]] bool is_white() const;
 };
 
-/// @return the names of all entries of a world: "block_sd, seat_rad, ...".
+/// @return the names of all members of World: "block_sd, seat_rad, ...".
 [[nodiscard]] AXISCAL_EXPORT std::string world_names();
 
-/// @return the world that the text `NAME=VALUE,...` states. If a value has one number for each
-///         axis, the numbers are separated by colons.
+/// Parses the members of a World from the text `NAME=VALUE,...`. If a value has one number for each
+/// axis, the numbers are separated by colons.
 /// @throws DomainError  if a name is unknown or a value is invalid.
 [[nodiscard]] AXISCAL_EXPORT World world_of(std::string_view text);
 
-/// Reads a world file (formats.md, World). @throws DataError
+/// Reads a World from a file (formats.md, World). @throws DataError
 [[nodiscard]] AXISCAL_EXPORT World read_world(const std::string& path);
 
-/// @return the world as `NAME=VALUE,...`, as world_of() takes it; empty for white noise.
+/// @return the text `NAME=VALUE,...` from which world_of() gives the same World; empty if all
+///         entries are 0.
 [[nodiscard]] AXISCAL_EXPORT std::string world_text(const World& world);
 
 }  // namespace axiscal

@@ -39,7 +39,9 @@ struct Findings {
 struct InputFileDigest {
   std::string path;
   std::string sha256;
-  bool is_log = false;  ///< true: a log whose rests give the readings; false: a table of readings
+  /// True: a sensor log, from whose periods at rest the readings are computed. False: a table of
+  /// readings.
+  bool is_log = false;
 };
 
 /// The origin of a calibration: its dates, software, input files and experiment.
@@ -93,9 +95,9 @@ enum class Force { no, yes };
 ///                       its first warning.
 AXISCAL_EXPORT void require_unrefused(const Calibration& calibration, Force force = Force::no);
 
-/// @return true if the reduced readings are the field. It is false for a record of method bias that
-///         lacks sensitivities from another record, because its biases include the response to the
-///         field.
+/// @return true if the record converts readings to the field. A record of method bias without
+///         sensitivities from another record cannot, because its biases include the response to
+///         the field.
 [[nodiscard]] AXISCAL_EXPORT bool gives_field(const Calibration& calibration);
 
 /// @return true if the SHA-256 of an input file of the record equals the SHA-256 of one of
@@ -103,8 +105,8 @@ AXISCAL_EXPORT void require_unrefused(const Calibration& calibration, Force forc
 [[nodiscard]] AXISCAL_EXPORT bool is_made_from(const Calibration& calibration,
                                                const std::vector<InputFileDigest>& inputs);
 
-/// @return the coefficients in the usual terms of this kind of instrument: hard iron,
-///         responsivity, ...
+/// @return the coefficients, expressed as the quantities that are usual for this kind of
+///         instrument, for example hard iron or responsivity.
 [[nodiscard]] AXISCAL_EXPORT std::vector<KindQuantity> quantities_of(
     const Calibration& calibration);
 

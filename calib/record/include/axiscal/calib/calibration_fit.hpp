@@ -28,23 +28,24 @@ struct ReadingResidual {
   std::optional<int> block;
   std::optional<SensorTemperature> temperature;
   Eigen::VectorXd response;  ///< response minus the fit, m entries [unit]
-  /// |f_hat| - F, where f_hat is the field that the reading gives [field unit]; NaN for m < 3
+  /// |f_hat| - F [field unit]. f_hat is the field computed from the reading, and F is the magnitude
+  /// of the reference field. NaN for m < 3.
   double magnitude = 0.0;
   bool used = true;  ///< false if the reading was left out of the fit for all axes
 };
 
-/// The fit of one axis in the known-art form (method.md, section 3.1): bias, sensitivity, coning
-/// angle, azimuth.
+/// The fit of one axis in polar form: bias, sensitivity, coning angle and azimuth (method.md,
+/// section 3.1).
 struct PolarFit {
   double bias = 0.0;  ///< [unit of the readings]
   PolarForm form;
-  double residual_sd = 0.0;  ///< scatter of one reading; NaN for 0 degrees of freedom
+  double residual_sd = 0.0;  ///< scatter of one reading [unit]; NaN for 0 degrees of freedom
   int rounds = 0;            ///< number of Gauss-Newton iterations
   bool converged = false;
 };
 
-/// The coverage of the sphere by unlabelled orientations, and the quality of the fit. The programs
-/// magneto and MotionCal show the same figures.
+/// Describes how well readings in arbitrary orientations cover the sphere, and how well the fit
+/// agrees with them. The programs magneto and MotionCal show the same figures.
 struct AXISCAL_EXPORT OrientationQuality {
   double fit_error = 0.0;         ///< rms of |f| - F over the calibrated readings f, divided by F
   double magnitude_spread = 0.0;  ///< standard deviation of |f|, divided by F
@@ -58,7 +59,9 @@ struct AXISCAL_EXPORT OrientationQuality {
 struct AXISCAL_EXPORT Alignment {
   Eigen::Matrix3d rotation_companion_from_sensor = Eigen::Matrix3d::Identity();
   Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();  ///< about x, y, z of the companion
-  double angle_rad = 0.0;  ///< angle between the two fields: the dip plus 90 degrees
+  /// Angle between the fields of the two instruments. For gravity and the Earth's magnetic field it
+  /// is the dip plus 90 degrees.
+  double angle_rad = 0.0;
   double angle_se_rad = 0.0;
   double residual_sd = 0.0;  ///< scatter of the cosine of angle_rad
 };
@@ -77,16 +80,16 @@ struct AXISCAL_EXPORT SlotAlignment {
   Eigen::Vector3d expanded_rad = Eigen::Vector3d::Zero();  ///< half widths of 95 % intervals
 };
 
-/// A check of the field's magnitude, which the calibrated instrument measures in every orientation.
-/// The true magnitude is the same in all orientations. The scatter of the measured magnitudes is
-/// therefore a type A check of the stated uncertainties of cube and table.
+/// A check of the stated uncertainties of cube and table. The calibrated instrument measures the
+/// field's magnitude in every orientation. The true magnitude is the same in all orientations, so
+/// the uncertainties should explain the scatter of the measured magnitudes.
 struct FieldSizeCheck {
   int orientations = 0;           ///< number of readings
   double relative_sd = 0.0;       ///< scatter of |f_hat| / F over the readings of the fit
   double by_noise = 0.0;          ///< expected relative_sd from the noise of the readings
   double by_inputs = 0.0;         ///< expected relative_sd from the stated uncertainties
   double degrees_of_freedom = 0;  ///< degrees of freedom of relative_sd
-  double p_value = 1.0;           ///< probability that noise and inputs give this scatter or more
+  double p_value = 1.0;           ///< probability that noise and inputs cause at least this scatter
 };
 
 /// The procedure and the quality of a sensor's fit.
@@ -95,19 +98,20 @@ struct CalibrationFit {
   Weighting weights = Weighting::none;
   bool robust = false;
   bool level_by_block = false;          ///< true if each block has its own levelness
-  std::vector<int> left_out;            ///< numbers of the runs that are not used
-  std::vector<PolarFit> polar_fit;      ///< the known-art fit of each axis, if it was requested
+  std::vector<int> left_out;            ///< run numbers of the readings that are not used
+  std::vector<PolarFit> polar_fit;      ///< the polar fit of each axis, if it was requested
   std::optional<MagnitudeShape> shape;  ///< shape of S in method magnitude
   std::optional<FitStatistics> statistics;
   std::optional<UncertaintyBudget> uncertainty;    ///< nullopt without statistics
   CalibrationConditions conditions;                ///< measurement conditions of the scatter
-  std::optional<OrientationQuality> orientations;  ///< only method magnitude
-  /// Only method turns: the attitude error after each turn [rad], in the sensor's frame before the
-  /// turn.
+  std::optional<OrientationQuality> orientations;  ///< only for method magnitude
+  /// The attitude error after each turn [rad], in the sensor's frame before the turn. Only for
+  /// method turns.
   std::vector<Eigen::Vector3d> turn_errors_rad;
-  std::optional<CompanionAlignment> alignment;  ///< rotation to the companion of the recording
+  std::optional<CompanionAlignment> alignment;  ///< rotation to the companion instrument
   std::vector<SlotAlignment> slot_alignments;   ///< rotations to the assembly's other instruments
-  std::optional<FieldSizeCheck> field_size;     ///< only with three axes and design points
+  /// Check of the field's magnitude; nullopt without three axes or without design points.
+  std::optional<FieldSizeCheck> field_size;
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;
 };

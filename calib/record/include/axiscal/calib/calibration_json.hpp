@@ -17,8 +17,8 @@ namespace axiscal {
 /// @return a verdict as JSON, in the form that a record contains.
 [[nodiscard]] AXISCAL_EXPORT std::string verdict_json(const Verdict& verdict);
 
-/// Reads a record. A record that calibration_json() wrote is read and written again without a
-/// change.
+/// Reads a record from its text. If calibration_json() wrote the text, calibration_json() of the
+/// result gives the same text again.
 ///
 /// The required keys are `format`, `version`, `coefficients`, in `instrument` the keys `kind`,
 /// `axes` and `unit`, and in `field` the keys `kind`, `unit` and `magnitude`. All other keys are
@@ -30,7 +30,7 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT Calibration parse_calibration(std::string_view text,
                                                            const std::string& path);
 
-/// Writes a record file. An existing file is replaced in one step, or stays as it is.
+/// Writes a record file. If the writing fails, an existing file is unchanged.
 /// @throws RefusedError  if the calibration was refused and `force` is `no`.
 /// @throws OutputError   if the file cannot be written.
 /// @throws DomainError   as calibration_json().

@@ -41,12 +41,18 @@ struct CertificateDetails {
   std::vector<std::pair<std::string, std::string>> authorised;
 };
 
-/// Reads the details: `{"format": "axiscal-laboratory", "version": 1, "number": .., "laboratory":
-/// {"name": .., "address": [..], "accreditation": .., "logo": "logo.png", "accreditation_mark":
-/// "mark.png"} (paths relative to the folder of this file), "customer": {..}, "country", "place",
-/// "manufacturer", "model", "condition", "received", "calibrated", "issued", "environment",
-/// "procedure", "traceability": [..], "decision_rule", "remarks": [..], "authorised": [{"name",
-/// "function"}]}`. A text in angle brackets, as in the template ("<name>"), counts as empty.
+/// Reads the details from a JSON file:
+/// @code
+/// {"format": "axiscal-laboratory", "version": 1, "number": "..",
+///  "laboratory": {"name": "..", "address": [..], "accreditation": "..",
+///                 "logo": "logo.png", "accreditation_mark": "mark.png"},
+///  "customer": {..}, "country": "..", "place": "..", "manufacturer": "..", "model": "..",
+///  "condition": "..", "received": "..", "calibrated": "..", "issued": "..", "environment": "..",
+///  "procedure": "..", "traceability": [..], "decision_rule": "..", "remarks": [..],
+///  "authorised": [{"name": "..", "function": ".."}]}
+/// @endcode
+/// Paths are relative to the folder of the file. A text in angle brackets, such as "<name>" in the
+/// template, counts as empty.
 /// @throws DataError  if the format differs, a key is unknown, or a value has the wrong type.
 [[nodiscard]] AXISCAL_EXPORT CertificateDetails read_certificate_details(const std::string& path);
 

@@ -17,7 +17,7 @@ enum class Method {
   magnitude,
   bias,
   turns,  ///< for gyroscopes, from turns between rests; only calibrate_imu() uses it
-  faces,  ///< for six faces that may lean; bias and scale follow from the field's magnitude
+  faces,  ///< for six faces that may be tilted; fits bias and scale to the field's magnitude
 };
 
 /// @return "paired", "joint", "known", "magnitude", "bias", "turns", "faces"; empty for nullopt.
@@ -67,7 +67,7 @@ enum class LevelBy {
 /// @return "run", "block".
 [[nodiscard]] AXISCAL_EXPORT std::string_view level_by_name(LevelBy level_by);
 
-/// The term for a drift of the bias over the run.
+/// The choice of a fitted term for a drift of the bias over the run.
 enum class DriftSetup {
   automatic,  ///< included if the readings show a drift
   none,

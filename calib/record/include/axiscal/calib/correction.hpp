@@ -20,10 +20,10 @@ struct Correction {
   WarningCode code = WarningCode::other;                   ///< code of the warning that suggests it
   std::string message;                                     ///< message of that warning
   std::vector<int> runs;                                   ///< numbers of the readings concerned
-  std::vector<std::pair<int, DesignPoint>> points;         ///< run and its corrected design point
-  std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run and its corrected values
-  std::vector<std::pair<int, FieldLevel>> levels;          ///< run and its corrected level
-  std::vector<int> leave_out;                              ///< runs to leave out
+  std::vector<std::pair<int, DesignPoint>> points;         ///< run number, corrected design point
+  std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run number, corrected values
+  std::vector<std::pair<int, FieldLevel>> levels;          ///< run number, corrected level
+  std::vector<int> leave_out;                              ///< run numbers to leave out
 };
 
 /// @return the observations with corrected points, responses and levels. They still include the

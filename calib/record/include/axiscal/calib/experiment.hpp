@@ -26,11 +26,11 @@ namespace axiscal {
 struct TemperatureSetup {
   int order = 0;           ///< order of the polynomials of bias and scale; 0: no terms
   bool automatic = false;  ///< true: the order is chosen from the readings
-  /// True: temperatures are ignored. If `order` is 0, and `automatic` and `ignored` are false (the
-  /// default), the order is chosen from the readings if they have enough temperatures. It stays 0
-  /// unless the temperature terms are highly significant.
+  /// True: temperatures are ignored. By default (`order` 0, `automatic` and `ignored` false), the
+  /// temperature terms are fitted only if the readings have enough different temperatures and the
+  /// terms are highly significant.
   bool ignored = false;
-  std::optional<double> reference;  ///< t0; default: mean temperature of the readings
+  std::optional<double> reference;  ///< reference t0; default: mean temperature of the readings
 };
 
 /// Standard uncertainties of inputs whose errors do not increase the scatter of the readings. 0
@@ -62,19 +62,19 @@ struct FitOptions {
   std::optional<Weighting> weighting;
   bool robust = false;  ///< true: robust regression with bisquare weights
   TemperatureSetup temperature;
-  LevelBy level_by = LevelBy::run;           ///< only methods paired and joint
-  DriftSetup drift = DriftSetup::automatic;  ///< only methods paired, joint and known
-  SeatSetup seats = SeatSetup::automatic;    ///< only methods paired, joint and known
+  LevelBy level_by = LevelBy::run;           ///< used only by methods paired and joint
+  DriftSetup drift = DriftSetup::automatic;  ///< used only by methods paired, joint, known
+  SeatSetup seats = SeatSetup::automatic;    ///< used only by methods paired, joint, known
   /// The scatter of biases between blocks in earlier calibrations. If it is set, the intervals of a
   /// run with one block include this scatter.
   std::optional<ProcessScatter> process;
-  /// Relative noise of the axes, m entries; empty: unknown. It makes the search for mistakes more
-  /// sensitive.
+  /// Noise of the axes relative to each other, m entries; empty: unknown. These ratios make the
+  /// search for mistakes more sensitive.
   Eigen::VectorXd noise_ratio;
   bool search_for_mistakes = true;  ///< true: searches for readings that contradict each other
-  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< only method magnitude: shape of S
-  bool squares = false;            ///< only method magnitude: true fits a squared term of each axis
-  bool compare_polar_fit = false;  ///< true: also fits the known-art form, for comparison
+  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< shape of S; only method magnitude
+  bool squares = false;            ///< true: fits squared terms of the axes; only method magnitude
+  bool compare_polar_fit = false;  ///< true: also fits the polar form, for comparison
 };
 
 /// The settings of one instrument if instruments of several kinds share a run.
@@ -88,7 +88,8 @@ struct SlotSetup {
 struct AXISCAL_EXPORT Experiment {
   Instrument instrument;  ///< the instrument in every slot if `slots` is empty
   FieldSetup field;
-  /// Second fields that also affect the readings. Their vectors in the table must be known.
+  /// Additional fields to which the instrument responds. Their vectors in the frame `table` must be
+  /// known.
   std::vector<FieldSetup> also;
   TablePlace table;  ///< the place of the table, its slope, and the date
   /// The expected main sensitivity of every axis [unit per field unit]. A comparison with it
@@ -102,9 +103,10 @@ struct AXISCAL_EXPORT Experiment {
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< the mount
   FitOptions fit;  ///< the options of the fit
   StatedUncertainties stated;
-  /// Record of the coefficients that are not fitted: method `bias` uses its sensitivities.
+  /// Record that supplies the coefficients that are not fitted. Method `bias` takes the
+  /// sensitivities from it.
   std::shared_ptr<const Calibration> from;
-  std::vector<int> leave_out;  ///< numbers of the runs that are not used
+  std::vector<int> leave_out;  ///< run numbers of the readings that are not used
 };
 
 /// Returns the expected sensitivity of every axis. It is Experiment::nominal_sensitivity if this is
@@ -116,35 +118,35 @@ struct AXISCAL_EXPORT Experiment {
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> expected_sensitivity(
     const Experiment& experiment, const std::string& field_unit);
 
-/// If no field is stated, sets the usual field of the kind of instrument. It is gravity for
+/// Sets the usual field for the kind of instrument, unless a field is stated. It is gravity for
 /// accelerometers and inclinometers. For magnetometers it is the Earth's field if the magnitude,
-/// the unit, the vector in the table or the site is stated, else a field of length 1.
+/// the unit, the vector in the table or the site is stated. Otherwise it is a field of magnitude 1.
 AXISCAL_EXPORT void set_default_field(Experiment& experiment);
 AXISCAL_EXPORT void set_default_field(const Instrument& instrument,
                                       const TablePlace& place,
                                       FieldSetup& field);
 
-/// The parts of an experiment's field before the fit.
+/// Returns the parts of an experiment's field, as they are known before the fit.
 /// @param time_s   time of the readings, used if the field moves; nullopt: the table's date.
-/// @param largest  length of the largest field that a reading states; nullopt if no reading states
-///                 its field.
+/// @param largest  largest magnitude of the fields that are stated with the readings; nullopt if no
+///                 reading states its field.
 [[nodiscard]] std::vector<FieldDescription> resolve_field(const Experiment& experiment,
                                                           std::optional<double> time_s = {},
                                                           std::optional<double> largest = {});
 
-/// The sum of the parts of an experiment's field before the fit.
+/// Returns the description of an experiment's whole field, as it is known before the fit.
 [[nodiscard]] FieldDescription make_field_description(const Experiment& experiment,
                                                       std::optional<double> time_s = {},
                                                       std::optional<double> largest = {});
 
-/// @return true if the field turns in the table during the readings: the sun, or a field class of a
-///         user that is declared as moving.
+/// @return true if the field's direction in the frame `table` changes during the readings. This is
+///         so for the sun, and for user-defined field classes that are declared as moving.
 [[nodiscard]] AXISCAL_EXPORT bool field_moves(const Experiment& experiment);
 
-/// @return the change of the experiment's field between two times: change_of_field() for
-///         `experiment.field`.
+/// @return the matrix that converts the field's vector at time `from_s` to its vector at time
+///         `to_s`, from change_of_field() for `experiment.field`.
 /// @throws SetupError  as change_of_field() for a FieldSetup, or if a moving field is combined with
-///                     second fields.
+///                     additional fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d change_of_field(const Experiment& experiment,
                                                              double from_s,
                                                              double to_s);

@@ -14,7 +14,7 @@ namespace axiscal {
 /// the folder of the experiment file.
 struct ExperimentPaths {
   std::vector<std::string> observations;
-  std::string limits;  ///< file of the limits for a unit; may be empty
+  std::string limits;  ///< path of the limits file; may be empty
 };
 
 /// An experiment, and the paths of other files in its file.
@@ -24,8 +24,8 @@ struct ExperimentFile {
 };
 
 /// Reads an experiment file (formats.md, Experiment). Its positioner and its record may be members
-/// of the file or separate files. A file that experiment_json() wrote is read and written again
-/// without a change.
+/// of the file or separate files. If experiment_json() wrote the text, experiment_json() of the
+/// result gives the same text again.
 ///
 /// @param text  the file's content.
 /// @param path  the file's path, for messages and for relative paths.
@@ -37,8 +37,8 @@ struct ExperimentFile {
 /// Reads an experiment file from a path with parse_experiment().
 [[nodiscard]] AXISCAL_EXPORT ExperimentFile read_experiment(const std::string& path);
 
-/// @return true if an experiment file can contain the experiment. This is false if the field's
-///         class is a program's own class and add_field_kind() has not added its kind.
+/// @return true if an experiment file can contain the experiment. It cannot if the field is of a
+///         user-defined class whose kind was not registered by add_field_kind().
 [[nodiscard]] AXISCAL_EXPORT bool can_be_stated(const Experiment& experiment);
 
 /// @return the text of an experiment file. It contains the whole record Experiment::from, and the

@@ -74,22 +74,22 @@ struct AXISCAL_EXPORT FitStatistics {
   std::vector<ScatterComponent> components;  ///< causes of scatter beyond residual_sd
   std::vector<std::string> parameter_names;  ///< p names: "x.bias", "x.sensitivity.x", ...
   Eigen::MatrixXd covariance;                ///< p x p, in the order of parameter_names
-  double condition_number = 1.0;             ///< condition number for columns of length 1
+  double condition_number = 1.0;             ///< condition number; columns scaled to length 1
   SensitivityMatrix variance_inflation;      ///< variance inflation factor of each entry of S
-  std::vector<LackOfFit> lack_of_fit;        ///< test of each axis; empty if nothing is repeated
+  std::vector<LackOfFit> lack_of_fit;        ///< test of each axis; empty without repeated readings
   std::vector<RegressionRow> rows;           ///< r rows of the regression
   Eigen::MatrixXd leverage;                  ///< leverage of each row for each axis, r x m
   Eigen::MatrixXd studentized;               ///< externally studentised residuals, r x m
   Eigen::MatrixXd cooks_distance;            ///< Cook's distances, r x m
-  Eigen::MatrixXd robust_weight;             ///< 0 .. 1, r x m; empty without robust regression
+  Eigen::MatrixXd robust_weight;             ///< robust weights 0 to 1, r x m; empty if not used
   std::vector<int> observations_per_axis;    ///< readings used by each axis; empty if all are used
 
-  /// @return the part of the covariance from the readings' scatter: the covariance minus its
-  ///         components.
+  /// @return the covariance from the scatter of the readings alone: `covariance` minus the
+  ///         covariances of `components`.
   [[nodiscard]] Eigen::MatrixXd covariance_of_readings() const;
 
-  /// @return the row of `covariance` for a parameter, for example "x.bias"; nullopt if it is
-  ///         absent.
+  /// @param parameter  name of the parameter, for example "x.bias".
+  /// @return the index of the parameter's row in `covariance`; nullopt if the parameter is absent.
   [[nodiscard]] std::optional<Eigen::Index> position_of(std::string_view parameter) const;
 };
 

@@ -19,8 +19,8 @@ namespace axiscal {
 struct LevelnessEstimate {
   DesignPoint point;  ///< rest face and the first of the two fence faces
   int block = 1;
-  double x = 0.0;  ///< field along the table's x, divided by F; gravity: the slope [rad]
-  double y = 0.0;  ///< field along the table's y, divided by F
+  double x = 0.0;  ///< field's component along the table's x, divided by F; for gravity the slope
+  double y = 0.0;  ///< field's component along the table's y, divided by F
 };
 
 /// The levelness of one block, if each block has one.
@@ -36,13 +36,13 @@ struct BlockLevelness {
 /// on one table. If each block has its own levelness, the estimate is for the last block.
 struct CombinedLevelness {
   std::vector<std::string> slots;
-  double x = 0.0;  ///< mean of the slots, weighted by 1 / variance
+  double x = 0.0;  ///< mean of the slots' estimates, weighted by 1 / variance
   double y = 0.0;
   double standard_error_x = 0.0;
   double standard_error_y = 0.0;
   double p_value = 1.0;    ///< p-value of the test that the slots agree; NaN if not testable
   bool consistent = true;  ///< true if p_value is 0.001 or more, or NaN
-  std::string suspect;     ///< slot that disagrees; empty if consistent, or for two slots
+  std::string suspect;     ///< slot that disagrees; empty if consistent or with only two slots
 };
 
 /// The field's components along the table's x and y, divided by its magnitude. For gravity they are
@@ -65,8 +65,8 @@ struct AXISCAL_EXPORT Levelness {
       blocks;  ///< the levelness of each block, if each block has one; otherwise empty
   std::optional<CombinedLevelness> combined;  ///< the joint result of an assembly's slots
 
-  /// @return the slope of the table after the run: the slope of the last block if each block has
-  ///         its own, otherwise the mean.
+  /// @return the slope of the table at the end of the run. If each block has its own slope, it is
+  ///         that of the last block. Otherwise it is the mean.
   [[nodiscard]] BlockLevelness current_levelness() const {
     return blocks.empty() ? BlockLevelness{.x = mean_x,
                                            .y = mean_y,

@@ -12,14 +12,14 @@
 
 namespace axiscal {
 
-/// The reading of one-sided axes under several lights. An axis does not respond to light from
-/// behind.
+/// Computes the reading of an instrument with one-sided axes under several light sources. An axis
+/// does not respond to light from behind.
 ///
-/// @param field  the lights: one part of the field, with its vector, for each light.
-/// @param level  the level of the lights.
+/// @param field  the field: one part, with its vector, for each light source.
+/// @param level  the factors by which the stated parts are multiplied.
 /// @param rotation_sensor_from_table  the orientation of the instrument.
 /// @param temperature  output of the temperature sensors; nullopt: the reference temperature.
-/// @return v, m entries [unit]; it does not include the responses to second fields.
+/// @return the reading, m entries [unit], without the responses to additional fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd light_response_at(
     const SensorModel& sensor,
     const TableField& field,

@@ -12,7 +12,7 @@ namespace axiscal {
 /// The subject of a record's note (docs/messages.md). A note does not require action.
 enum class NoteCode {
   input,          ///< the parts of the files that were used, joined or left out
-  imported,       ///< the contents and gaps of a file of other software
+  imported,       ///< contents and gaps of a file that other software wrote
   axes,           ///< limits of an instrument with fewer than three axes
   unseen,         ///< parameters that the readings do not determine
   method,         ///< the method that was used, or a better one

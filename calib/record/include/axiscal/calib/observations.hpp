@@ -25,16 +25,18 @@ struct StatedAttitude {
 
 /// The data of one reading except its responses.
 struct Reading {
-  int run = 1;                                     ///< number of the reading, in the order taken
-  int block = 1;                                   ///< number of the replicate of the design
-  int mount = 1;                                   ///< number of the instrument's mounting
-  bool confirm = false;                            ///< true: not fitted, but used to test the fit
-  std::optional<DesignPoint> point;                ///< the pose of the cube
-  FieldLevel level;                                ///< multiple of the induced field
-  std::optional<SensorTemperature> temperature;    ///< outputs of temperature sensors, any unit
-  std::optional<double> time_s;                    ///< time of the reading [s]
-  BoxedOptional<Eigen::Vector3d> field_in_sensor;  ///< stated instead of `point` [field unit]
-  BoxedOptional<StatedAttitude> attitude;          ///< stated instead of point or field_in_sensor
+  int run = 1;                                   ///< number of the reading, in the order taken
+  int block = 1;                                 ///< number of the block of readings
+  int mount = 1;                                 ///< number of the instrument's mounting
+  bool confirm = false;                          ///< true: not fitted, but used to test the fit
+  std::optional<DesignPoint> point;              ///< rest face and fence face of the cube
+  FieldLevel level;                              ///< multiple of the stated induced field
+  std::optional<SensorTemperature> temperature;  ///< outputs of temperature sensors, any unit
+  std::optional<double> time_s;                  ///< time of the reading [s]
+  /// The field in the frame `sensor`, if it is stated instead of `point` [field unit].
+  BoxedOptional<Eigen::Vector3d> field_in_sensor;
+  /// The attitude, if it is stated instead of `point` and `field_in_sensor`.
+  BoxedOptional<StatedAttitude> attitude;
 };
 
 /// The readings of one run: n readings of an instrument with m axes.

@@ -23,8 +23,8 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT Run read_observations(CsvReader& csv,
                                                    const ObservationColumns& wanted);
 
-/// @return true if a column states the pose or the field of a reading: rest, fx, pitch_deg, angle,
-///         rate, ...
+/// @return true if a column of this name states the pose or the field of a reading, for example
+///         `rest`, `fx`, `pitch_deg`, `angle` or `rate`.
 [[nodiscard]] AXISCAL_EXPORT bool is_label_of_pose(std::string_view name);
 
 /// @return the columns whose names have no standard meaning: the axes, or columns of another

@@ -13,7 +13,7 @@ namespace axiscal {
 struct ProcessScatter {
   /// Mean square of the blocks' biases about their mean, m entries [unit^2].
   Eigen::VectorXd mean_square;
-  double degrees_of_freedom = 0.0;  ///< degrees of freedom of each mean square
+  double degrees_of_freedom = 0.0;  ///< degrees of freedom of each entry of mean_square
   int records = 0;                  ///< number of earlier records
 };
 

@@ -17,37 +17,39 @@
 
 namespace axiscal {
 
-/// The readings of a run and the other contents of their files: for one instrument, for the slots
-/// of an assembly, or for many units one after another. A run is one file or several joined files.
+/// The readings of a run and the other contents of its files. The readings are from one instrument,
+/// from the instruments in the slots of an assembly, or from many units one after another. A run is
+/// one file or several joined files.
 struct Run {
   Observations observations;
   std::vector<InputFileDigest> inputs;  ///< the files; empty for arrays
-  /// The number of readings from each file, one file after another; empty if unknown.
+  /// Number of readings from each file, in the order of `inputs`; empty if unknown.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
   std::vector<std::string> axes;       ///< names of the axes; in an assembly, the axes of one slot
   std::string field_unit;              ///< unit of the known fields, if a column's name states it
-  std::string serial;                  ///< serial number of the unit; if several, the first
-  std::vector<std::string> serials;    ///< column `serial` of every reading; empty without one
-  std::vector<std::string> dates;      ///< column `date` of every reading; empty without one
-  std::vector<std::string> operators;  ///< column `operator` of every reading; empty without one
+  std::string serial;                  ///< serial number of the unit, or of the first unit
+  std::vector<std::string> serials;    ///< serial number of each reading; empty if not stated
+  std::vector<std::string> dates;      ///< date of each reading; empty if not stated
+  std::vector<std::string> operators;  ///< operator of each reading; empty if not stated
   std::string measured;                ///< stated date of the readings; empty if not stated
-  /// The slots in the order of the columns SLOT.axis; empty without such columns. The responses of
-  /// the first slot's axes come first, then those of the second slot, ...
+  /// Names of the slots, in the order of their columns SLOT.axis; empty without such columns. The
+  /// responses are in the same order, one slot after another.
   std::vector<std::string> slots;
   /// The axes of each slot; empty if all slots have the same axes.
   std::vector<std::vector<std::string>> axes_of_slots;
   std::vector<std::string> ignored_columns;  ///< names of the columns that were not used
 };
 
-/// The columns SLOT.axis of one instrument among several.
+/// The response columns SLOT.axis of one instrument in an assembly.
 struct SlotColumns {
   std::string slot;
   std::vector<std::string> axes;
 };
 
-/// Returns the date of a run. It is the stated date, if there is one. Otherwise it is the last time
-/// in the column `time` if its times include dates, else the last date in the column `date`.
+/// Returns the date of a run: the stated date, if there is one. Otherwise, if the times in the
+/// column `time` include dates, returns the last time. If they do not, returns the last date in the
+/// column `date`.
 /// @return ISO 8601, UTC; empty if unknown.
 [[nodiscard]] AXISCAL_EXPORT std::string measured_at(const Run& run);
 
@@ -64,11 +66,12 @@ struct ObservationColumns {
   FaceNames face_names;                       ///< words that stand for faces
   std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
   std::optional<ReadingRange> range;          ///< range of the two columns of a differential axis
-  bool needs_labels = false;         ///< true: requires `rest` and `fence`, even with stated fields
-  bool needs_samples = false;        ///< true: requires `samples`
-  bool needs_temperature = false;    ///< true: requires `temperature`
-  bool takes_several_units = false;  ///< false: a second `serial` is an error
-  bool needs_sd = false;             ///< true: requires positive `AXIS_sd` of each axis
+  /// True: the columns `rest` and `fence` are required, even if the table states the fields.
+  bool needs_labels = false;
+  bool needs_samples = false;        ///< true: the column `samples` is required
+  bool needs_temperature = false;    ///< true: the column `temperature` is required
+  bool takes_several_units = false;  ///< false: different serial numbers are an error
+  bool needs_sd = false;             ///< true: each axis requires a positive `AXIS_sd`
 };
 
 /// Reads a run from a file (formats.md, Observations).
@@ -97,8 +100,8 @@ enum class Units { one, several };
 
 /// Joins the files of a run. Each file becomes one or more blocks.
 ///
-/// @throws DataError  if the files have different slots; if a file lacks the column `serial` but
-///                    the others are of several units; or if `units` is `one` and the serial
+/// @throws DataError  if the files have different slots, if a file lacks the column `serial` while
+///                    the other files contain several units, or if `units` is `one` and the serial
 ///                    numbers differ.
 [[nodiscard]] AXISCAL_EXPORT Run join_runs(std::vector<Run> files, Units units);
 
@@ -124,9 +127,9 @@ class AXISCAL_EXPORT UnitsOfRun {
   [[nodiscard]] std::size_t usual_readings() const;
 
  private:
-  Run run_;  // its list `serials` is empty; the members below replace it
+  Run run_;  // the run without its list `serials`, which the members below replace
   std::vector<std::string> serials_;
-  std::vector<std::size_t> rows_;  // rows of all units, unit by unit; empty without `serial`
+  std::vector<std::size_t> rows_;  // row numbers, sorted by unit; empty without `serial`
   // For each unit, the index of its first row in rows_; the last entry is the size of rows_.
   std::vector<std::size_t> begins_;
 };

@@ -16,18 +16,18 @@
 
 namespace axiscal {
 
-/// The response of an instrument to a second field, for example of a gyroscope to gravity.
+/// The response of an instrument to an additional field, for example of a gyroscope to gravity.
 struct AXISCAL_EXPORT AlsoResponse {
   std::string kind;
   std::string unit;
-  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< vector in the table, as stated [unit]
+  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< stated vector in the frame table [unit]
   SensitivityMatrix sensitivity;                       ///< m x 3 [unit of the readings per unit]
   SensitivityMatrix sensitivity_se;                    ///< standard errors of sensitivity, m x 3
 };
 
 /// The model of a calibrated sensor with m axes. A reading in a field f is
 ///
-///     v = bias(t) + scale(t) S f + the responses to second fields
+///     v = bias(t) + scale(t) S f + the responses to additional fields
 ///
 /// It is the part of a Calibration that reductions, simulations and exports need. A program can
 /// fill it with data from another source.
@@ -46,7 +46,7 @@ struct SensorModel {
   FieldDescription field;                          ///< reference field of the calibration
   LinearResponse response;                         ///< coefficients at the reference temperature
   std::optional<TemperatureResponse> temperature;  ///< nullopt without temperature terms
-  std::vector<AlsoResponse> also;                  ///< response to each second field
+  std::vector<AlsoResponse> also;                  ///< response to each additional field
   /// The orientation of the sensor in the cube or assembly; nullopt if it is not stated.
   std::optional<Eigen::Matrix3d> rotation_sensor_from_assembly;
 };
@@ -55,7 +55,7 @@ struct SensorModel {
 ///
 /// @param field_in_sensor  f [field unit].
 /// @param temperature      output of the temperature sensors; nullopt: the reference temperature.
-/// @return v, m entries [unit]; it does not include the responses to second fields.
+/// @return the reading v, m entries [unit], without the responses to additional fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd response_at(
     const SensorModel& sensor,
     const Eigen::Vector3d& field_in_sensor,
@@ -78,8 +78,8 @@ struct SensorModel {
 
 /// @param covariance  covariance of bias and sensitivity, axis by axis, 4 m x 4 m; empty if
 ///                    unknown.
-/// @return the coefficients in the usual terms of this kind of instrument: hard iron,
-///         responsivity, ...
+/// @return the coefficients, expressed as the quantities that are usual for this kind of
+///         instrument, for example hard iron or responsivity.
 [[nodiscard]] AXISCAL_EXPORT std::vector<KindQuantity> quantities_of(
     const SensorModel& sensor, const Eigen::MatrixXd& covariance = {});
 

@@ -11,8 +11,8 @@
 
 namespace axiscal {
 
-/// The outputs of an instrument's temperature sensors at a reading: one number for all axes, or, if
-/// each axis has a sensor, one number for each axis.
+/// The outputs of an instrument's temperature sensors during a reading. There is one number for all
+/// axes or, if each axis has its own sensor, one number for each axis.
 class AXISCAL_EXPORT SensorTemperature {
  public:
   /// One output for all axes. Not explicit, because most instruments have one sensor.
@@ -36,8 +36,8 @@ class AXISCAL_EXPORT SensorTemperature {
   /// @return the output of each axis; empty if all axes share one output.
   [[nodiscard]] const std::vector<double>& of_axes() const;
 
-  /// @return the outputs of `count` axes from axis `first` on, for example of one instrument among
-  ///         several. If these outputs are equal, the result is one output for all axes.
+  /// @return the outputs of `count` axes, beginning with axis `first`, for example those of one
+  ///         instrument in an assembly. If they are equal, the result has one output for all axes.
   [[nodiscard]] SensorTemperature of_some(Eigen::Index first, Eigen::Index count) const;
 
   /// @return the outputs plus `difference`.

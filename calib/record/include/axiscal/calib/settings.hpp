@@ -6,7 +6,7 @@
 /// The options of an experiment, except those of its field and its instrument.
 namespace axiscal::settings {
 
-inline constexpr Setting each{"each"};  ///< one record for each file
+inline constexpr Setting each{"each"};  ///< one record for each file of readings
 inline constexpr Setting from_record{"from"};
 inline constexpr Setting gyroscope_scale{"turns.rate_per_unit"};
 inline constexpr Setting leave_out{"leave_out"};  ///< readings or slots that are not used

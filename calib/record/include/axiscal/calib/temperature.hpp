@@ -23,7 +23,7 @@ struct TemperatureOrderTrial {
 
 /// The range of a temperature sensor's output t during a calibration [its unit].
 struct TemperatureSpan {
-  double reference = 0.0;  ///< t0, at which the coefficients are stated
+  double reference = 0.0;  ///< output t0 at which the coefficients are stated
   double low = 0.0;        ///< lowest t
   double high = 0.0;       ///< highest t
 
@@ -52,7 +52,7 @@ struct AXISCAL_EXPORT TemperatureResponse {
     return spans[spans.size() == 1 ? 0 : static_cast<std::size_t>(axis)];
   }
 
-  /// @return the outputs at which the coefficients are stated.
+  /// @return the reference outputs, at which the coefficients are stated.
   [[nodiscard]] SensorTemperature reference() const;
 
   /// @return bias_k(t) - b_k.

@@ -34,11 +34,11 @@ struct VarianceShare {
 
 /// The variance of a quantity, divided into the shares of its sources.
 struct AXISCAL_EXPORT VarianceShares {
-  std::vector<VarianceShare> axes;        ///< share of each axis's scatter of readings
+  std::vector<VarianceShare> axes;        ///< from the scatter of the readings, one for each axis
   std::vector<VarianceShare> components;  ///< shares of scatter components: blocks, seats, ...
   double others = 0.0;                    ///< variance of type B; infinite degrees of freedom
 
-  /// Appends the shares of another, independent part.
+  /// Adds the shares of an independent contribution to the quantity.
   VarianceShares& operator+=(const VarianceShares& more);
 };
 
@@ -53,8 +53,9 @@ struct AXISCAL_EXPORT VarianceShares {
 [[nodiscard]] AXISCAL_EXPORT CombinedUncertainty combine(const VarianceShares& shares,
                                                          double coverage = 0.95);
 
-/// @return the effective degrees of freedom of the sum by Welch and Satterthwaite's formula, even
-///         if a share has fewer than five; may be infinite.
+/// @return the effective degrees of freedom of the variance by Welch and Satterthwaite's formula;
+///         may be infinite. Unlike combine(), this function uses the formula for any degrees of
+///         freedom of the shares.
 [[nodiscard]] AXISCAL_EXPORT double welch_degrees_of_freedom(const VarianceShares& shares);
 
 /// Student's t at one coverage probability, interpolated in a table. The result is accurate to
@@ -73,7 +74,7 @@ class AXISCAL_EXPORT CoverageFactors {
 
  private:
   struct Nodes {
-    std::vector<double> inverse;  // 1 / nu, descending
+    std::vector<double> inverse;  // 1 / degrees of freedom, descending
     std::vector<double> log_t;
   };
   static Nodes nodes_of(double coverage);
@@ -137,8 +138,9 @@ struct ParameterUncertainty {
 struct Advice {
   std::string source;  ///< the source with the largest part of the variance
   double share = 0.0;  ///< part of the variance from this source, 0 to 1
-  std::string text;    ///< the improvement of the source that halves the uncertainty, or the
-                       ///< uncertainty that remains without this source
+  /// The improvement of this source that halves the uncertainty. If no improvement is enough, the
+  /// uncertainty that remains without this source.
+  std::string text;
 };
 
 /// @param uncertainty  uncertainty of one quantity.

@@ -17,11 +17,12 @@ inline constexpr const char* reference_source = "reference of the readings";
 /// One source of a calibration's uncertainty, and its effect on every parameter.
 struct UncertaintySource {
   std::string name;          ///< "fit", "positioner", "levelness", "field magnitude", ...
-  std::string type;          ///< "A" for the scatter of the readings, else "B"
+  std::string type;          ///< "A" for the scatter of the readings, "B" for other sources
   std::string distribution;  ///< "t", "normal", "rectangular"
   double input_u = 0.0;      ///< standard uncertainty of the input quantity; NaN for several inputs
   std::string input_unit;    ///< the unit of input_u; empty if input_u is not stated
-  double degrees_of_freedom = 0.0;  ///< infinite for type B; NaN for the fit, whose axes differ
+  /// Degrees of freedom: infinite for type B; NaN for the fit, because they differ between axes.
+  double degrees_of_freedom = 0.0;
   /// Covariance of the parameters, in the order of FitStatistics::parameter_names; empty for the
   /// fit, whose covariance is FitStatistics::covariance.
   Eigen::MatrixXd covariance;

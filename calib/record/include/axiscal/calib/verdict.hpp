@@ -17,7 +17,7 @@ struct LimitVerdict {
   std::optional<double> high;
   bool passed = true;
   double conformity = 0.0;  ///< probability that the true value is within the limits; NaN: unknown
-  std::string note;         ///< a restriction of the limit's meaning; may be empty
+  std::string note;         ///< restriction of the verdict's meaning; may be empty
 };
 
 /// The decision to accept a unit.

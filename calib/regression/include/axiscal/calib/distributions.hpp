@@ -45,7 +45,7 @@ namespace axiscal {
 /// Fisher, Statistical Methods for Research Workers, 4th ed. (1932), sec. 21.1.
 class AXISCAL_EXPORT FisherSum {
  public:
-  /// @return -2 ln p, the summand of Fisher's statistic; a p of 0 is replaced by 1e-300.
+  /// @return -2 ln p, the summand of Fisher's statistic; a p below 1e-300 is replaced by 1e-300.
   [[nodiscard]] static double term(double p);
 
   void add(double p);
@@ -53,7 +53,7 @@ class AXISCAL_EXPORT FisherSum {
   /// @return the number of probabilities.
   [[nodiscard]] double count() const { return count_; }
 
-  /// @param loss  factor that reduces the degrees of freedom if the tests are not independent
+  /// @param loss  divisor of the degrees of freedom, above 1 if the tests are not independent
   ///              (Brown, Biometrics 31 (1975) 987-992).
   /// @return the combined probability; NaN if no probability was added, or if one was NaN.
   [[nodiscard]] double p_value(double loss = 1.0) const;

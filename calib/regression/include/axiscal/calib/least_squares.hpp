@@ -25,8 +25,8 @@ struct LeastSquaresFit {
   Eigen::VectorXd residuals;        ///< y - X b, n entries [unit of y], not weighted
   double degrees_of_freedom = 0.0;  ///< number of observations of non-zero weight, minus p
   double residual_sd = 0.0;         ///< s, the sd of an observation of weight 1 [unit of y]
-  /// R^2. It compares the residuals with the deviations of y from its mean if the columns span a
-  /// constant, otherwise with y itself.
+  /// R^2. If the columns span a constant, the residuals are compared with the deviations of y from
+  /// its mean, otherwise with y itself.
   double r_squared = 0.0;
   Eigen::VectorXd leverage;        ///< diagonal of the hat matrix, n entries in 0 .. 1
   Eigen::VectorXd studentized;     ///< externally studentised residuals; NaN if undefined
@@ -103,7 +103,7 @@ class AXISCAL_EXPORT FactoredDesign {
   /// @return Q, n x p: orthonormal columns that span those of W^1/2 X.
   [[nodiscard]] const Eigen::MatrixXd& basis() const { return basis_; }
 
-  /// @return T, p x p, with W^1/2 X T = Q, and so T T^T = (X^T W X)^-1 before any refinement.
+  /// @return T, p x p, with W^1/2 X T = Q. Therefore T T^T = (X^T W X)^-1, which is not refined.
   [[nodiscard]] Eigen::MatrixXd root_of_covariance() const { return scale_.asDiagonal() * root_; }
 
   /// @return the ratio of the smallest to the largest pivot, for columns of equal length.
@@ -121,7 +121,7 @@ class AXISCAL_EXPORT FactoredDesign {
     Eigen::VectorXd residuals;  // weighted residuals W^1/2 (y - X b)
   };
   [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;
-  // Coefficients of the scaled columns, without refinement.
+  // Returns the coefficients of the scaled columns, without refinement.
   [[nodiscard]] Eigen::MatrixXd estimates_scaled(const Eigen::MatrixXd& weighted_Y) const;
   [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
                                  const Eigen::VectorXd& c,
@@ -204,7 +204,7 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
 /// @param design               X, n x p.
 /// @param weights              n weights.
 /// @param unscaled_covariance  C = (X^T W X)^-1, p x p. If the fit has columns besides X, C is the
-///                             block for X of the covariance of all columns.
+///                             block for X of the covariance of all coefficients, for s = 1.
 /// @return p factors, at least 1; NaN for a constant column.
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980), sec. 3.2.

@@ -11,12 +11,13 @@ namespace axiscal {
 
 /// Tukey's bisquare weights for the residuals of a fit.
 struct BisquareWeights {
-  Eigen::VectorXd weights;       ///< w_i: 1 for a residual of 0; 0 if |u_i| is 1 or more
-  double scale = 0.0;            ///< s: robust standard deviation of one residual of weight 1
-  double variance_factor = 1.0;  ///< the variance of the final fit is scale^2 variance_factor
+  Eigen::VectorXd weights;  ///< w_i: 1 for a residual of 0; 0 if |u_i| is 1 or more
+  double scale = 0.0;       ///< s: robust standard deviation of one residual of weight 1
+  /// scale^2 variance_factor is the residual variance of the final fit
+  double variance_factor = 1.0;
 };
 
-/// One round of iteratively reweighted least squares.
+/// Computes the weights for one round of iteratively reweighted least squares.
 ///
 ///     u_i = r_i / (4.685 s sqrt(1 - h_i)),   w_i = (1 - u_i^2)^2 for |u_i| < 1, else 0
 ///
@@ -29,7 +30,7 @@ struct BisquareWeights {
 /// @param leverage            h_i: leverages of the fit without robust weights.
 /// @param parameters          p, the number of parameters.
 /// @param smallest_scale      lower limit of s, so that exact data keep their weights.
-/// @throws DomainError  if the sizes disagree, or unless n > p.
+/// @throws DomainError  if the sizes disagree, or if n <= p.
 /// @par Source
 /// DuMouchel & O'Brien, "Integrating a robust option into a multiple regression computing
 /// environment" (1989); Huber, Robust Statistics (1981), sec. 7.6.

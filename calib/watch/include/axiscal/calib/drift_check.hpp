@@ -23,8 +23,8 @@ struct ParameterChange {
 /// The result of a test of whether a calibration is still valid.
 struct DriftCheck {
   bool drifted = false;
-  double p_value = 1.0;  ///< probability of such changes without a drift
-  /// Level of significance: drifted is true if p_value < alpha.
+  double p_value = 1.0;  ///< probability of such large changes without a drift
+  /// Significance level: `drifted` is true if p_value < alpha.
   double alpha = 0.01;
   std::vector<ParameterChange> changes;    ///< one for each coefficient
   std::vector<ParameterChange> intrinsic;  ///< one for each of intrinsic_parameters()
@@ -44,8 +44,9 @@ struct DriftCheck {
 /// axis with the covariances of both records. Fisher's method combines the axes. The test takes the
 /// degrees of freedom of the estimated scatters into account.
 ///
-/// The test ignores errors that both records share: errors of the face normals of the same
-/// positioner, and errors of the field's magnitude from the same model.
+/// Errors that both records share cancel, so their uncertainties are left out. These are errors of
+/// the face normals if both used the same positioner, and errors of the field's magnitude if both
+/// took it from the same source.
 ///
 /// @param fresh  a calibration with the same axes; its field's unit is converted to that of `old`.
 /// @throws DomainError  if the axes or the fields are not the same, or if neither record states a
@@ -56,10 +57,10 @@ struct DriftCheck {
                                                     const Calibration& fresh,
                                                     double alpha = 0.01);
 
-/// Compares fresh biases with those of a record of method bias whose biases contain the field
-/// (gives_field()). Each axis is compared at the fresh readings' temperature; Fisher's method
-/// combines them. Such a record does not determine the axes' directions, so the instrument must be
-/// in the same orientation as in the record.
+/// Compares fresh biases with a record of method bias whose biases include the response to the
+/// field, so that gives_field() is false. Each axis is compared at the temperature of the fresh
+/// readings. Fisher's method combines the p-values of the axes. Such a record does not determine
+/// the directions of the axes, so the instrument must be in the same orientation as for the record.
 ///
 /// @param fresh        a calibration by method bias without temperature terms. Its readings must be
 ///                     converted to the reference temperature of `old` by
@@ -73,8 +74,8 @@ check_biases(const Calibration& old,
              const std::optional<SensorTemperature>& temperature,
              double alpha = 0.01);
 
-/// Converts readings to the reference temperature of a calibration with temperature terms. Then a
-/// short run at room temperature can be compared with this calibration.
+/// Converts readings to the reference temperature of a calibration with temperature terms, so that
+/// a short run at room temperature can be compared with this calibration.
 [[nodiscard]] AXISCAL_EXPORT Observations at_reference_temperature(Observations observations,
                                                                    const Calibration& calibration);
 
@@ -95,14 +96,14 @@ struct InSituCheck {
   std::vector<InSituReading> readings;
 };
 
-/// Tests whether the lengths of the fields of static readings agree with the field's magnitude
+/// Tests whether the field magnitudes that static readings give agree with the stated magnitude
 /// (docs/method/watching.md).
 ///
-/// Readings whose directions differ by less than 5 degrees form one pose. One test compares the
-/// mean residuals of all poses with the covariance of the calibration and the noise of the
-/// readings; its level is four fifths of alpha. The test of the worst reading has a level of one
-/// fifth of alpha. More readings in one pose cannot detect a drift below the uncertainty of the
-/// calibration.
+/// Readings whose field directions differ by less than 5 degrees form one group. The first test
+/// compares the mean residuals of all groups with the covariance of the calibration and the noise
+/// of the readings. Its significance level is 4/5 alpha. The second test is of the reading whose
+/// residual is largest relative to its uncertainty, at the level 1/5 alpha. More readings in one
+/// orientation cannot detect a drift below the uncertainty of the calibration.
 ///
 /// @param observations  readings of all axes at rest; labels are not needed.
 /// @param alpha  the probability of a false alarm for the run. Without a drift, each of the n
@@ -118,12 +119,12 @@ struct AXISCAL_EXPORT WorstAngle {
   Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< in the frame sensor [field unit]
 };
 
-/// The largest error of the pitch (up to 80 degrees), or of the field's direction for instruments
-/// without a pitch, if the readings of an instrument with the response of one calibration are
-/// reduced with another.
+/// Returns the largest error that arises if readings follow one calibration and are reduced with
+/// another. It is the error of the pitch, for pitches up to 80 degrees. For instruments without a
+/// pitch it is the error of the field's direction.
 ///
 /// @param used  the calibration that reduces the readings.
-/// @param now   the calibration with the response of the readings.
+/// @param now   the calibration that the readings follow.
 [[nodiscard]] AXISCAL_EXPORT WorstAngle worst_angle(const Calibration& used,
                                                     const Calibration& now);
 

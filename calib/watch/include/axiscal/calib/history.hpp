@@ -14,11 +14,11 @@
 
 namespace axiscal {
 
-/// The values of one coefficient over the years, with a line through them.
+/// The values of one coefficient over the years, with a straight line fitted to them.
 struct ParameterTrend {
   std::string parameter;
   std::vector<double> values;   ///< one for each record
-  std::vector<double> u;        ///< their standard uncertainties; NaN if not stated
+  std::vector<double> u;        ///< standard uncertainties of `values`; NaN if not stated
   double slope_per_year = 0.0;  ///< slope of the weighted line; NaN with fewer than two dates
   double slope_u_per_year = 0.0;
   /// Probability of such a slope without a trend; NaN with fewer than three records.
@@ -39,7 +39,7 @@ struct UnitHistory {
   std::vector<ParameterTrend> trends;
 };
 
-/// Texts that may be records, with their names for messages.
+/// Texts that may be calibration records, each with a name for messages.
 struct RecordTexts {
   std::vector<std::string> names;                      ///< n
   std::function<std::string(std::size_t place)> text;  ///< returns text number `place`, 0 to n - 1
@@ -58,9 +58,9 @@ struct RecordTexts {
 /// ignored.
 /// @param limits       the limits for which the dates of crossing are computed.
 /// @param passed_over  receives the reason for each text that is not a record; may be null.
-/// @param not_held     receives the names of limited parameters that a history does not contain,
-///                     for example the residual sd; may be null.
-/// @throws DomainError  if a limit's parameter is one that no record can have.
+/// @param not_held     receives the names of parameters that have limits but that no history
+///                     contains, for example the residual sd; may be null.
+/// @throws DomainError  if `limits` names a parameter that no record can contain.
 [[nodiscard]] std::vector<UnitHistory> read_history(const RecordTexts& records,
                                                     const std::optional<Limits>& limits = {},
                                                     std::vector<std::string>* passed_over = nullptr,
@@ -69,11 +69,11 @@ struct RecordTexts {
 /// @return the records, for process_scatter(). Texts that are not records are ignored.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> read_records(const RecordTexts& records);
 
-/// The scatter of an instrument's biases between blocks, from earlier calibrations. It uses the
-/// records of the same serial number and, if the model is stated, of the same model. A record of
-/// several blocks contributes its mean square between blocks. Records of one block contribute their
-/// scatter about the mean of the records of the unit. Only records of methods that use labelled
-/// poses are used. If several records share readings, only the first is used.
+/// Estimates the scatter of an instrument's biases between blocks from earlier calibrations. These
+/// must be of the same serial number or, if the model is stated, of the same model. A record of
+/// several blocks contributes its mean square between blocks. Records of one block contribute the
+/// scatter of their biases about the unit's mean. Only records of methods that use labelled poses
+/// are used. If several records share readings, only the first is used.
 ///
 /// @param leave_out  the SHA-256 digests of the files of this run; records of these files are not
 ///                   used.

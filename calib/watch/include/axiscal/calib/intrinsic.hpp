@@ -22,6 +22,7 @@ struct IntrinsicParameters {
   Eigen::MatrixXd covariance;
 };
 
+/// Computes the intrinsic parameters of a record.
 /// @par Source
 /// J. Geist, M. Y. Afridi, C. D. McGray, M. Gaitan, J. Res. NIST 122, 32 (2017).
 [[nodiscard]] AXISCAL_EXPORT IntrinsicParameters

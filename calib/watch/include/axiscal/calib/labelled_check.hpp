@@ -16,9 +16,9 @@ namespace axiscal {
 /// covariance of the residuals has two parts: the noise of the readings, and J C J^T, where C is
 /// the covariance of the record's coefficients and J the derivative of the predictions. The
 /// residuals of each axis k are tested with the distribution F(q_k, nu_k). q_k is the number of
-/// degrees of freedom of these residuals, and nu_k that of the axis's scatter in the record.
-/// Fisher's method combines the axes. The reported changes are those of the biases; the
-/// sensitivities are assumed to be unchanged.
+/// degrees of freedom of these residuals. nu_k is the number of degrees of freedom of the axis's
+/// scatter in the record. Fisher's method combines the axes. Only changes of the biases are
+/// reported, because the sensitivities are assumed to be unchanged.
 ///
 /// @param experiment    the mount of the instrument in its cube, and the field.
 /// @param observations  readings with design points and the axes of the record, at its reference
@@ -26,7 +26,7 @@ namespace axiscal {
 /// @throws RefusedError  if the readings do not determine the direction and the biases, if the
 ///                       readings lack fence faces, if the unit of the field is not that of the
 ///                       record, or if the record has a field of several parts, one-sided axes or
-///                       second fields.
+///                       additional fields.
 /// @throws DomainError   if the record states no covariance.
 /// @par Source
 /// method.md, sections 5 and 8.

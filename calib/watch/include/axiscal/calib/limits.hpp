@@ -14,7 +14,7 @@ namespace axiscal {
 struct Calibration;
 struct DriftCheck;
 
-/// One tolerance.
+/// The limits of one parameter.
 struct Limit {
   std::string parameter;  ///< see evaluate()
   std::optional<double> low;
@@ -25,7 +25,8 @@ struct Limit {
 struct Limits {
   std::string path;             ///< path of the file, for messages
   std::string rule = "simple";  ///< "simple" or "guarded"
-  bool intermediate = false;    ///< true if biases need several blocks (days or mounts)
+  /// True: rule `guarded` rejects a bias that comes from only one block of readings.
+  bool intermediate = false;
   std::vector<Limit> limits;
 };
 
@@ -48,8 +49,8 @@ struct Limits {
 /// its upper 95 % bound (chi-squared distribution). Each verdict states the probability that the
 /// true value is within the limits, without prior knowledge.
 ///
-/// If a bias comes from only one block of readings, it can pass a guarded limit, and a note is
-/// added. It fails if Limits::intermediate is true.
+/// With rule `guarded`, a bias from only one block of readings gets a note. If Limits::intermediate
+/// is true, such a bias fails.
 ///
 /// A parameter is a coefficient's name ("x.sensitivity.x", "z.bias.d"), an axis's residual_sd, an
 /// intrinsic parameter ("x.sensitivity", "angle.x.y" in rad), "levelness.x", "levelness.y",
@@ -58,7 +59,7 @@ struct Limits {
 /// the pitch. "drift_p_value" exists only for a check.
 ///
 /// @param check  the check to which the limits apply; null if they apply to the calibration.
-/// @throws DomainError  if a limit's parameter does not exist; the message lists those that exist.
+/// @throws DomainError  if a limit's parameter does not exist; the message lists all parameters.
 /// @par Source
 /// JCGM 106:2012, secs. 7.2, 8.3; method.md, section 9.
 [[nodiscard]] AXISCAL_EXPORT Verdict evaluate(const Limits& limits,

@@ -8,12 +8,13 @@ namespace axiscal {
 
 /// A library that reads recordings.
 struct LinkedLibrary {
-  std::string name;     ///< "zlib"
+  std::string name;     ///< name of the library, such as "zlib"
   std::string version;  ///< empty if this build does not contain it
-  std::string reads;    ///< the files that need it: "gzip, compressed .mat"
+  std::string reads;    ///< files that need the library: "gzip, compressed .mat"
 };
 
-/// @return all libraries that can read recordings, including those that this build lacks.
+/// @return all libraries that axiscal can use to read recordings, including those that this build
+///         lacks.
 [[nodiscard]] std::vector<LinkedLibrary> linked_libraries();
 
 }  // namespace axiscal

@@ -15,13 +15,13 @@
 
 namespace axiscal {
 
-/// Maps a column of a log to a column of a calibration: value = factor * column.
+/// Maps a column of a log to a column of a calibration. The values are multiplied by a factor.
 struct MappedColumn {
   std::string name;     ///< name in the calibration
   std::string column;   ///< name in the log
   double factor = 1.0;  ///< -1 reverses the axis
-  /// For TableText only: converts a cell, for example "X up" to "-X". If empty, the cells stay
-  /// unchanged.
+  /// Function that converts the text of a cell, for example "X up" to "-X". If it is empty, cells
+  /// stay unchanged. Only TableText uses it.
   std::function<std::string(const std::string& cell)> of_cell = {};
 };
 
@@ -30,46 +30,48 @@ struct LogFormat {
   /// Names of the columns if the log lacks a header; default: c1, c2, ...
   std::vector<std::string> names;
   std::vector<MappedColumn> columns;  ///< columns to rename or scale; others stay unchanged
-  /// The number of the sensor to read, from 0, if a recording contains several of one kind.
+  /// Zero-based number of the sensor to read if a recording contains several sensors of one kind.
   int instance = 0;
-  /// The kinds of sensors to read from a recording; empty: all. If it is a single kind, its samples
-  /// are not interpolated.
+  /// Kinds of sensors to read from a recording; if empty, all kinds are read. If only one kind is
+  /// read, its samples are not interpolated.
   std::vector<SeriesKind> kinds;
-  /// Further columns to read from a recording, by their names in the format: "AccX", or "IMU2.AccX"
-  /// with the name of the message.
+  /// Further columns to read from a recording. The names are those in the recording: "AccX", or
+  /// with the name of the message "IMU2.AccX".
   std::vector<std::string> wanted;
   ReadLimits limits;  ///< limits on the cost of reading the file
 };
 
-/// A sensor of three axes among the columns of a log.
+/// A sensor with three axes among the columns of a log.
 struct LogSensor {
   SeriesKind kind = SeriesKind::other;
   std::array<std::string, 3> columns;  ///< names of the columns x, y, z in the log
   std::string unit;                    ///< empty if not known
-  int number = 0;                      ///< number within its kind in the recording, from 0
+  int number = 0;                      ///< zero-based number among the sensors of this kind
   int of = 1;                          ///< number of sensors of this kind in the recording
-  std::string device;                  ///< the device id in the vehicle's software; may be empty
-  std::string words;                   ///< description: the kind, and the evidence for it
-  bool is_guess = false;               ///< true if only the numbers show the kind
+  std::string device;                  ///< device id from the log of PX4 or ArduPilot, or empty
+  std::string words;                   ///< description with the kind and the evidence for it
+  bool is_guess = false;               ///< true if the kind was inferred from the values only
 };
 
-/// Reads a mapping of columns: {"format": "axiscal-log", "version": 1, "names": [..],
-/// "columns": {"x": "acc_x", "y": {"column": "acc_y", "factor": -9.81}}}.
+/// Reads the names and the mapping of columns from a JSON file: {"format": "axiscal-log",
+/// "version": 1, "names": [..], "columns": {"x": "acc_x", "y": {"column": "acc_y", "factor":
+/// -9.81}}}.
 /// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] LogFormat read_log_format(const std::string& path);
 
 /// A block of samples: one vector for each column, all of the same length.
 using LogBlock = std::vector<std::vector<double>>;
 
-/// @param first, second, third  columns of samples.
-/// @return the unit in which the three columns have the length of gravity: m/s^2, g or mg; empty if
+/// @param first, second, third  columns of samples of the three axes of an accelerometer.
+/// @return the unit (m/s^2, g or mg) in which the samples have the magnitude of gravity; empty if
 ///         there is no such unit.
 [[nodiscard]] std::string unit_of_gravity(const std::vector<double>& first,
                                           const std::vector<double>& second,
                                           const std::vector<double>& third);
 
-/// @return the position of the column `name`, or of the only column whose name without its unit is
-///         the same; nullopt if there is no such column.
+/// @return the position of the column `name`. If there is none, the position of the only column
+///         whose name equals `name` apart from units, such as "ax (m/s^2)" for "ax"; otherwise
+///         nullopt.
 [[nodiscard]] std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
                                                      const std::string& name);
 
@@ -82,29 +84,29 @@ using LogBlock = std::vector<std::vector<double>>;
 
 /// Defects of a log.
 struct LogDefects {
-  std::size_t ragged_rows = 0;  ///< rows left out because of their number of cells
+  std::size_t ragged_rows = 0;  ///< number of rows left out for a wrong number of cells
   std::size_t first_ragged_line = 0;
-  std::size_t missing_numbers = 0;  ///< cells that are not finite numbers; they read as NaN
+  std::size_t missing_numbers = 0;  ///< number of cells that are not finite numbers; read as NaN
   std::size_t first_missing_line = 0;
 };
 
 /// A raw recording, read block by block in constant memory.
 ///
-/// Text: the separator is a comma, a semicolon, a tab or blanks; numbers have a decimal point or
-/// comma; a header may be missing, and lines before it are skipped; `#`, `%` and `//` begin
-/// comments; the encoding is UTF-8, UTF-16 or Latin-1. The file may be compressed by gz, bz2, xz,
-/// zst or lz4, or be in a zip archive. NumPy's .npy and .npz, MATLAB's .mat (v5, v7.3),
-/// spreadsheets (.xlsx) and JSON are also read; their columns are held in memory.
+/// In a text file, the separator is a comma, a semicolon, a tab or blanks. Numbers have a decimal
+/// point or a decimal comma. The header may be missing, and lines before it are skipped. `#`, `%`
+/// and `//` begin comments. The encoding is UTF-8, UTF-16 or Latin-1. The file may be compressed by
+/// gz, bz2, xz, zst or lz4, or be in a zip archive. NumPy's .npy and .npz, MATLAB's .mat (v5,
+/// v7.3), spreadsheets (.xlsx) and JSON are also read; their columns are held in memory.
 ///
-/// A flight log, a bag or a phone's recording (RecordingFile) becomes a table. Its columns are
+/// A flight log, a ROS bag or a phone's recording (RecordingFile) becomes a table. Its columns are
 /// time_s, ax, ay, az, gx, ..., mx, ... and temperature. Its rows are the samples of the fastest
-/// accelerometer or gyroscope; the other sensors are interpolated to their times.
+/// accelerometer or gyroscope; the other sensors are interpolated to the times of these rows.
 ///
 /// The content of the file determines its format; the file's name does not. `-` is standard input.
 class LogFile {
  public:
-  /// @throws DataError  if there is no such file, or it is empty, damaged, or contains neither a
-  ///                    table nor a sensor; the message then lists its content.
+  /// @throws DataError  if there is no such file, or it is empty or damaged, or it contains neither
+  ///                    a table nor a sensor. In the last case the message lists its content.
   explicit LogFile(const std::string& path, const LogFormat& format = {});
 
   /// Makes a log of samples in memory.
@@ -123,8 +125,8 @@ class LogFile {
   /// @return the position of the column; see need_column().
   [[nodiscard]] std::size_t need(const std::string& name) const;
 
-  /// Finds the sensors among the columns: by the format, by the names and units of the columns, or
-  /// by their numbers. Must be called before select().
+  /// Finds the sensors among the columns, from the format of the file, from the names and units of
+  /// the columns, or from their values. Must be called before select().
   [[nodiscard]] std::vector<LogSensor> sensors();
 
   /// Finds the column of times by its name. Without such a name, it looks for a column whose
@@ -132,8 +134,8 @@ class LogFile {
   /// @return the name of the column; empty if there is no such column.
   [[nodiscard]] std::string time_column();
 
-  /// @return true if the file has a column of this name that is not a column of the log, because it
-  ///         does not contain numbers.
+  /// @return true if the file has a column of this name that contains no numbers and is therefore
+  ///         not among columns().
   [[nodiscard]] bool has_text_column(const std::string& name) const;
 
   /// @return samples per second if the file states the rate and lacks times; otherwise nullopt.
@@ -142,7 +144,8 @@ class LogFile {
   /// @return "ulog", "table", ...; empty for samples from memory.
   [[nodiscard]] const std::string& format() const { return format_; }
 
-  /// @return true if the file is a table; false for a table made of a recording's series.
+  /// @return true if the file is itself a table; false if it is a recording of several series that
+  ///         was converted to a table.
   [[nodiscard]] bool is_table() const { return is_table_; }
 
   /// Makes read() return only these columns, in this order.
@@ -151,15 +154,15 @@ class LogFile {
   /// Reads the next samples into a block.
   ///
   /// @param block  receives the selected columns.
-  /// @param most   largest number of samples; fewer are read at once if there are thousands of
-  ///               columns.
+  /// @param most   largest number of rows to read. Fewer rows are read at once if there are
+  ///               thousands of columns.
   /// @return the number of rows; 0 at the end.
   /// @throws DataError  if the rest of the file is damaged, for example a truncated .gz.
   [[nodiscard]] std::size_t read(LogBlock& block, std::size_t most);
 
   [[nodiscard]] const LogDefects& defects() const;
 
-  /// @return notes about the format: "separator ';', decimal comma", ...
+  /// @return notes about the file's format, such as "separator ;, with decimal commas".
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
   [[nodiscard]] const std::string& path() const;
@@ -174,11 +177,11 @@ class LogFile {
 
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
-  std::vector<double> factors_;   // factor of every column
-  std::vector<int> signed_bits_;  // bits of signed counts that were printed unsigned; otherwise 0
+  std::vector<double> factors_;      // factor of every column
+  std::vector<int> signed_bits_;     // width of signed counts that were printed unsigned; else 0
   std::vector<std::size_t> places_;  // position of every column in the source
   std::vector<std::size_t> selected_;
-  LogBlock ahead_;  // rows that were read to recognise the columns
+  LogBlock ahead_;  // first rows, read in advance to recognise the columns
   std::size_t ahead_given_ = 0;
   std::vector<LogSensor> sensors_;  // stated by the format, or recognised by sensors()
   int instance_ = 0;

@@ -15,14 +15,14 @@ enum class ReadCost {
   members,   ///< files in an archive
   unpacked,  ///< bytes unpacked from compressed data
   cells,     ///< numbers and words created from the file
-  steps,     ///< steps of loops that read no further bytes
+  steps,     ///< repetitions of loops that read no further bytes
   memory,    ///< bytes held in memory at once
   disk       ///< bytes of temporary copies
 };
 
-/// Limits on the costs of reading a file. A limit that is not set has a default; most defaults
-/// grow with the size of the file. Real recordings cost at most a tenth of the defaults. Files that
-/// were made to exhaust the reader exceed them.
+/// Limits on the costs of reading a file. A limit that is not set has a default; most defaults grow
+/// with the size of the file. Real recordings cost at most a tenth of the defaults. The limits stop
+/// files that were made to exhaust memory, disk space or time.
 ///
 /// Example:
 ///
@@ -34,7 +34,7 @@ class ReadLimits {
   /// @throws DomainError  if the value is negative or NaN.
   void set(ReadCost cost, double most);
 
-  /// @param file_size  number of bytes of the file, or those read so far if it is a pipe.
+  /// @param file_size  size of the file in bytes. For a pipe, the number of bytes read so far.
   /// @return the limit of the cost.
   [[nodiscard]] double of(ReadCost cost, double file_size) const;
 

@@ -10,11 +10,11 @@
 
 namespace axiscal {
 
-/// A sensor of three axes in a recording.
+/// A sensor with three axes in a recording.
 struct RecordedSensor {
   SeriesKind kind = SeriesKind::other;
-  int number = 0;                       ///< number within its kind, from 0
-  std::size_t series = 0;               ///< position of its series in the summary
+  int number = 0;                       ///< zero-based number among the sensors of this kind
+  std::size_t series = 0;               ///< position of its series in RecordingSummary::series
   std::array<std::size_t, 3> places{};  ///< positions of x, y, z among the series' columns
   std::array<std::string, 3> columns;   ///< names of x, y, z in the recording
   std::string name;  ///< name of the message, topic or table, with its instance: "sensor_accel[1]"
@@ -22,22 +22,26 @@ struct RecordedSensor {
   KnownBy known_by = KnownBy::nothing;
   double rate_hz = 0.0;  ///< NaN if not known
   std::size_t samples = 0;
-  std::string device;         ///< the device id in the vehicle's software; may be empty
-  bool is_corrected = false;  ///< true if the device that wrote the log corrected it
+  std::string device;         ///< device id from the log of PX4 or ArduPilot, or empty
+  bool is_corrected = false;  ///< true if PX4 corrected the readings before it wrote the log
 };
 
-/// Finds the sensors of a recording that are suitable for calibration. These are left out: sensors
-/// that do not vary, series with less than a fifth of the rate of the fastest series of their kind,
-/// corrected series if there is a raw one, and guessed sensors if another one is known.
+/// Finds the sensors of a recording that are suitable for calibration. A sensor is left out in
+/// these cases:
+/// - Its readings are constant.
+/// - Its rate is less than a fifth of that of the fastest sensor of its kind.
+/// - Its readings are corrected, and there is a raw sensor of its kind.
+/// - Its kind was guessed from the values, and a sensor of this kind is known by other evidence.
 [[nodiscard]] std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary);
 
-/// @return true if no column of a series varies, because the sensor is dead or missing.
+/// @return true if all columns of a series are constant, which means a dead or missing sensor.
 [[nodiscard]] bool is_constant(const SeriesSummary& series);
 
 /// @return notes about the constant sensors that sensors_of() omits.
 [[nodiscard]] std::vector<std::string> constant_sensor_notes(const RecordingSummary& summary);
 
-/// @return "accelerometer 0: IMU (AccX, AccY, AccZ), m/s^2, 24.7 Hz; known by the file's format".
+/// @return a description such as "accelerometer 0: IMU (AccX, AccY, AccZ), m/s^2, 24.7 Hz;
+///         recognised by the file's format".
 [[nodiscard]] std::string words_of(const RecordedSensor& sensor);
 
 }  // namespace axiscal

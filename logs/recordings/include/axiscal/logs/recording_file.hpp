@@ -16,10 +16,10 @@
 
 namespace axiscal {
 
-/// The quantity of a series.
+/// The kind of sensor or quantity that a series contains.
 enum class SeriesKind { accelerometer, gyroscope, magnetometer, temperature, other };
 
-/// @return "accelerometer", ...
+/// @return the name of the kind: "accelerometer", "gyroscope", ...
 [[nodiscard]] std::string_view name_of(SeriesKind kind);
 
 /// The evidence for the kind of a series.
@@ -27,11 +27,12 @@ enum class KnownBy {
   format,  ///< the file's format states the kind
   names,   ///< the names of the columns show the kind
   units,   ///< the units in the header show the kind
-  data,    ///< the numbers show the kind: length of gravity, or rates that rotate gravity
+  data,    ///< the values show it: the magnitude of gravity, or rates that match its rotation
   nothing  ///< the kind is not known
 };
 
-/// Numbers with common sample times: all numbers of a message, or those of one sensor in it.
+/// A sequence of samples, each with a time and one number for each column. The columns are all
+/// numbers of a message, or those of one sensor in the message.
 struct Series {
   std::string name;  ///< name of the message, topic or table in the file
   int instance = 0;  ///< number that distinguishes series of the same name
@@ -53,13 +54,13 @@ class SeriesSink {
   virtual void add(const Series& series) = 0;
 
   /// Receives one sample.
-  /// @param series  number of its series.
-  /// @param time_s  its time by the file's clock [s]; NaN if the file contains no times.
+  /// @param series  number of the series to which the sample belongs.
+  /// @param time_s  time of the sample by the file's clock [s]; NaN if the file contains no times.
   /// @param values  one value for each column of the series; NaN if it is missing or invalid.
   virtual void sample(std::size_t series, double time_s, std::span<const double> values) = 0;
 };
 
-/// A file of numbers over time in any known format: a table, a flight log, a bag, or a phone's
+/// A file of numbers over time in any known format: a table, a flight log, a ROS bag, or a phone's
 /// recording.
 ///
 /// The content of the file determines its format; the file's name does not. The file may be
@@ -82,11 +83,11 @@ class RecordingFile {
   /// @throws DataError  if nothing more can be read.
   [[nodiscard]] bool read(SeriesSink& sink);
 
-  /// @return notes on the damaged or skipped parts so far.
+  /// @return notes on the damaged or skipped parts that have been found so far.
   [[nodiscard]] std::vector<std::string> notes() const;
 
-  /// @return the parameters and serial numbers of devices that have been read so far, by their
-  ///         names, for example "CAL_ACC0_ID" = "2424842".
+  /// @return the parameters of the vehicle and the serial numbers that have been read so far, by
+  ///         their names; for example "CAL_ACC0_ID" has the value "2424842".
   [[nodiscard]] const std::map<std::string, std::string>& facts() const;
 
   [[nodiscard]] const std::string& path() const { return path_; }
@@ -98,31 +99,31 @@ class RecordingFile {
   std::unique_ptr<Decoder> decoder_;
 };
 
-/// Reads ROS message definitions from a folder, for bags that do not contain them (a .db3 of ROS 2
-/// before Iron). The files are package/msg/Type.msg, as in the source or share folder of a
-/// workspace. The definitions apply to all recordings that this program opens afterwards. Do not
-/// call this function while other threads read recordings.
+/// Reads ROS message definitions from a folder. They are needed for bags that do not contain them
+/// (a .db3 of ROS 2 before Iron). The files are package/msg/Type.msg, as in the source or share
+/// folder of a workspace. The definitions apply to all recordings that this program opens
+/// afterwards. Do not call this function while other threads read recordings.
 /// @return the number of definitions in the folder.
 /// @throws DataError  if there is no such folder, or it contains no definition.
 std::size_t add_message_definitions(const std::string& folder);
 
-/// The content of a series.
+/// Statistics of a series.
 struct SeriesSummary {
   Series series;
   std::size_t samples = 0;
   double start_s = 0.0;  ///< time of the first sample by the file's clock; NaN without times
   double end_s = 0.0;    ///< time of the last sample
   double rate_hz = 0.0;  ///< (samples - 1) / (end_s - start_s); NaN if not known
-  std::size_t gaps = 0;  ///< number of time steps of more than five usual steps, or below 0
+  std::size_t gaps = 0;  ///< number of time steps that are negative or more than five usual steps
   std::vector<double> mean, sd;      ///< mean and standard deviation of each column, without NaN
   std::vector<std::size_t> missing;  ///< number of NaN in each column
-  /// For an accelerometer: start and end of its longest rest [s after the first sample]; both 0 if
-  /// it has no rest. At rest the standard deviation of each axis within half a second is below
+  /// Start and end of the longest rest of an accelerometer [s after the first sample]; both are 0
+  /// if there is no rest. At rest the standard deviation of each axis within half a second is below
   /// 0.08 m/s^2.
   double still_from_s = 0.0, still_to_s = 0.0;
 };
 
-/// The content of a recording.
+/// Statistics of all series of a recording.
 struct RecordingSummary {
   std::string format;
   std::vector<SeriesSummary> series;  ///< in the file's order
@@ -131,8 +132,8 @@ struct RecordingSummary {
 };
 
 /// Summarises a recording in constant memory.
-/// @param most_samples  reading stops after this number of samples, of all series together;
-///                      nullopt: the whole recording is read.
+/// @param most_samples  number of samples of all series together after which reading stops; nullopt
+///                      reads the whole recording.
 /// @throws DataError  if RecordingFile cannot open or read the file.
 [[nodiscard]] RecordingSummary summarise(const std::string& path,
                                          std::optional<std::size_t> most_samples = {},

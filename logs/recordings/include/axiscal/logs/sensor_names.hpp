@@ -17,20 +17,20 @@ namespace axiscal {
 
 /// A unit in one of its usual spellings: "m/s²", "dps", "µT", "Gauss".
 struct KnownUnit {
-  /// Axiscal's spelling: "m/s^2", "g", "deg/s", "uT", "gauss", "degC", ...
+  /// Spelling that axiscal uses: "m/s^2", "g", "deg/s", "uT", "gauss", "degC", ...
   std::string_view name;
-  SeriesKind kind = SeriesKind::other;  ///< quantity of the unit
-  double si = 1.0;                      ///< factor to m/s^2, rad/s or T
+  SeriesKind kind = SeriesKind::other;  ///< kind of sensor that has this unit
+  double si = 1.0;                      ///< factor that converts to m/s^2, rad/s or T
 };
 
-/// @param of  quantity that has the unit; `other` if it is not known.
+/// @param of  kind of sensor whose readings have the unit; `other` if it is not known.
 /// @return the unit; nullopt if it is unknown. "G" is gauss for a magnetometer, otherwise standard
 ///         gravity. "mG" is milligauss for a magnetometer or `other`, otherwise 1e-3 g.
 [[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
                                                   SeriesKind of = SeriesKind::other);
 
-/// The name of a column, and the unit that follows it: "ax (m/s^2)", "x [V]", "Temperature / degC",
-/// "time in ms".
+/// The parts of a column's header: a name and the unit that follows it, as in "ax (m/s^2)", "x
+/// [V]", "Temperature / degC" or "time in ms".
 struct NamedColumn {
   std::string name;
   std::string unit;  ///< unit as written in the header; empty if the header states no unit
@@ -39,8 +39,8 @@ struct NamedColumn {
 /// Splits "x [V]" into name and unit. Brackets with numbers, as in "gyro_rad[0]", are not units.
 [[nodiscard]] NamedColumn named_column(std::string_view header);
 
-/// @return the kind of sensor whose name is contained in a text: "acc", "gyr", "mag", "temp" and
-///         similar; `other` if there is none.
+/// @return the kind of sensor that a text names by "acc", "gyr", "mag", "temp" or similar; `other`
+///         if it names none.
 [[nodiscard]] SeriesKind sensor_kind_in(std::string_view words);
 
 /// @return 0, 1 or 2 if the name contains an axis x, y or z: "AccX", "gyro_y", "Acc_Z", "accel[2]",
@@ -51,11 +51,11 @@ struct NamedColumn {
 class SensorColumns {
  public:
   /// @param columns  names in the table's header.
-  /// @param table    name of the table: the columns x, y, z of "Accelerometer.csv" belong to an
-  ///                 accelerometer.
+  /// @param table    name of the table. It may show the kind of sensor: the columns x, y, z of
+  ///                 "Accelerometer.csv" belong to an accelerometer.
   explicit SensorColumns(const std::vector<std::string>& columns, std::string_view table = "");
 
-  /// @return kind, unit and known_by of each column.
+  /// @return one Series for each column; only kind, unit and known_by are set.
   [[nodiscard]] const std::vector<Series>& series() const { return series_; }
 
   /// @return the position of the column of times, or nullopt.

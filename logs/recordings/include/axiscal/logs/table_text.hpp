@@ -13,22 +13,25 @@
 
 namespace axiscal {
 
-/// A table in any layout, converted to CSV text for a CsvReader. The line numbers are those of the
-/// file.
+/// A table in any layout, converted to CSV text for a CsvReader. Each line has the same number as
+/// in the file.
 ///
-/// It reads the same delimiters, decimal commas, preambles, encodings, compression, archives,
-/// spreadsheets, JSON and arrays as LogFile. In contrast to LogFile the cells stay text, so that
-/// labels can be read, and messages can name the line of a defect. Plain CSV stays unchanged.
+/// The class reads the same formats as LogFile: delimiters, decimal commas, preambles, encodings,
+/// compression, archives, spreadsheets, JSON and arrays. In contrast to LogFile the cells stay
+/// text, so that labels can be read, and messages can name the line of a defect. Plain CSV stays
+/// unchanged.
 class TableText {
  public:
-  /// @param format  names of the columns of a table without a header; columns to rename or scale.
-  ///                If `format.kinds` is not empty, a recording is read as a table of sensors of
-  ///                these kinds, as by LogFile.
-  /// @throws DataError  if the file does not exist or is not a table. If a flight log or a bag is
-  ///                    read without kinds of sensors, the message lists its content.
+  /// @param format  names the columns of a table without a header, and the columns to rename or
+  ///                scale. If `format.kinds` is not empty, a recording is converted to a table of
+  ///                the sensors of these kinds.
+  /// @throws DataError  if the file does not exist or is not a table. If it is a flight log or a
+  ///                    bag and `format.kinds` is empty, the message lists its content.
   explicit TableText(const std::string& path, const LogFormat& format = {});
 
-  /// Makes a table of bytes that another source gives.
+  /// Reads a table from a function instead of a file.
+  /// @param read  writes the next bytes to `buffer`, at most `size` of them, and returns their
+  ///              number; 0 at the end.
   TableText(std::string path,
             std::function<std::size_t(char* buffer, std::size_t size)> read,
             const LogFormat& format = {});
@@ -40,11 +43,12 @@ class TableText {
   /// Makes a reader of the table. It can be called once, and the table must outlive the reader.
   ///
   /// @param known    names of the columns that the caller looks for. If no column has such a name,
-  ///                 it is given to the only column with a similar name: the name is followed by a
-  ///                 unit, has other capital letters, or is a label ("rest", ..) with more words.
+  ///                 the only column with a similar name gets it. A similar name is followed by a
+  ///                 unit, has other capital letters, or is a label ("rest", ..) with further
+  ///                 words.
   /// @param renamed  columns to rename, by their names with or without the unit.
-  /// @throws DataError  if a column to rename does not exist, or for the reasons of CsvReader's
-  ///                    constructor.
+  /// @throws DataError  if a column to rename does not exist, or if CsvReader's constructor throws
+  ///                    it.
   [[nodiscard]] CsvReader reader(const std::vector<std::string>& known,
                                  const std::vector<MappedColumn>& renamed = {},
                                  CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);
@@ -53,12 +57,12 @@ class TableText {
   ///         parsed as a table.
   [[nodiscard]] const std::vector<NamedColumn>& columns() const;
 
-  /// @return the sensors among the columns, recognised by names and units, or otherwise by the
-  ///         numbers of the first rows.
+  /// @return the sensors among the columns. They are recognised by names and units, or otherwise by
+  ///         the values in the first rows.
   [[nodiscard]] std::vector<LogSensor> sensors() const;
 
-  /// @return the first rows as numbers, a vector for each column, with NaN for words; empty if the
-  ///         file could not be parsed as a table.
+  /// @return the numbers in the first rows, with a vector for each column. Words become NaN. The
+  ///         result is empty if the file could not be parsed as a table.
   [[nodiscard]] const LogBlock& first_rows() const;
 
   /// @return the cells of the first rows, row by row; empty if the file is not text.

@@ -26,9 +26,9 @@ struct TimeColumn {
                                                          const std::vector<std::string>& columns,
                                                          const std::string& name);
 
-/// @return the mean step of times, without gaps; NaN if the times never increase. Steps of up to 20
-///         times the mean are included, because samples that arrive in bursts have many short steps
-///         and few long ones.
+/// @return the mean difference of successive times, without gaps; NaN if the times never increase.
+///         Steps of up to 20 times the mean are not gaps, because samples that arrive in bursts
+///         have many short steps and few long ones.
 [[nodiscard]] double usual_step(std::span<const double> times);
 
 /// The unit of a column of times.
@@ -40,20 +40,22 @@ struct TimeUnit {
 /// Determines the unit of a log's times.
 ///
 /// If the name of the column states a unit, it is used. Otherwise the unit is the first of these:
-/// - the unit in which the times are times since 1970,
+/// - the unit in which the times, counted from 1970, are in the years 2001 to 2039,
 /// - seconds, if they give a rate of 0.5 Hz to 1 MHz,
 /// - the only unit of s, ms, us and ns that gives a rate of 0.5 Hz to 2 kHz.
-/// Days (from spreadsheets) and the units of Xsens's SampleTimeFine are recognised before these. A
-/// remark states a unit that was assumed and is not seconds, or a stated unit with an unusual rate.
+/// Before these, days (from spreadsheets) and the units of Xsens's SampleTimeFine are tried. The
+/// result has a remark if a unit other than seconds was assumed, or if the stated unit gives an
+/// unusual rate.
 ///
-/// @param times  times of the log, of which the first times_that_settle_the_unit are used.
-/// @throws DataError  if no unit or several units are possible; the message contains the rate for
-///                    each unit.
+/// @param path   path of the log, for messages.
+/// @param times  times of the log. Only the first times_that_settle_the_unit of them are used.
+/// @throws DataError  if no unit or several units are possible; the message states the rate that
+///                    each unit would give.
 [[nodiscard]] TimeUnit settle_time_unit(const std::string& path,
                                         const TimeColumn& column,
                                         std::span<const double> times);
 
-/// The number of first times of a log that determine their unit.
+/// Number of times at the start of a log from which settle_time_unit() determines the unit.
 inline constexpr std::size_t times_that_settle_the_unit = 4096;
 
 }  // namespace axiscal
