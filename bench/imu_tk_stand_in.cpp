@@ -382,8 +382,10 @@ void print_report(const std::vector<Result>& rounds) {
   const double detection = median(sorted_times(rounds, &Milliseconds::detection));
   const double accelerometer = median(sorted_times(rounds, &Milliseconds::accelerometer));
   const double gyroscope = median(sorted_times(rounds, &Milliseconds::gyroscope));
-  std::printf("ms, median of %zu: detection %.1f, accelerometer %.1f, gyroscope %.1f, all %.1f\n",
-              rounds.size(), detection, accelerometer, gyroscope, median(all));
+  std::printf(
+      "median of %zu rounds [ms]: detection %.1f, accelerometer %.1f, gyroscope %.1f, all "
+      "%.1f\n",
+      rounds.size(), detection, accelerometer, gyroscope, median(all));
   std::printf(
       "{\"peer\":\"imu_tk stand-in\",\"calibrating_ms\":%.3f,\"min_ms\":%.3f,\"max_ms\":%.3f,"
       "\"static_detection_ms\":%.3f,\"accelerometer_ms\":%.3f,\"gyroscope_ms\":%.3f,"

@@ -100,8 +100,8 @@ std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
     slots = usual_slots(*options.assembly);
     if (slots.empty()) {
       throw UsageError(formatted(
-          "acquire: --assembly {}: name the slots of its instruments by --slot A,B,..; their "
-          "channels are then A.x, A.y, ...",
+          "acquire: --assembly {}: name the slots of the instruments with --slot A,B,..; the "
+          "channels of slot A are then A.x, A.y, ...",
           *options.assembly));
     }
   }
@@ -135,7 +135,7 @@ Experiment experiment_for(const AcquireCommand& command) {
   if (states_slots(options)) {
     throw UsageError(
         "acquire: all instruments of a session must be of one kind; to calibrate several kinds, "
-        "record them with other software, and run calibrate on the table");
+        "record the readings with other software, and run calibrate on the recorded table");
   }
   Experiment experiment = make_experiment(options);
   const std::vector<std::string> slots = slots_asked_for(options);
@@ -361,7 +361,7 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
   if (std::all_of(sources.begin(), sources.end(), is_harmless)) {
     return;
   }
-  std::fprintf(stderr, "the journal %s states these sources:\n", printable_name(journal).c_str());
+  std::fprintf(stderr, "the journal %s names these sources:\n", printable_name(journal).c_str());
   for (const std::string& source : sources) {
     std::fprintf(stderr, "  %s\n", printable_name(source).c_str());
   }
@@ -374,8 +374,8 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
     }
   }
   throw UsageError(formatted(
-      "--resume: the sources in a journal are opened only if you state them again: axiscal acquire "
-      "--resume {}{}",
+      "--resume: the sources in a journal are opened only if you give them again on the command "
+      "line: axiscal acquire --resume {}{}",
       typed_again({journal}), typed_connections(sources)));
 }
 
@@ -440,11 +440,9 @@ void announce_page(const std::string& url, const std::string& fingerprint) {
     return;
   }
   std::fprintf(stderr,
-               "%sopen in a browser (this address is valid once; after its use a new one is "
-               "printed): %s\n"
-               "the browser warns of an unknown certificate; accept the certificate only if its "
-               "SHA-256 is\n"
-               "  %s\n",
+               "%sopen in a browser (this address works only once, then a new one is printed): %s\n"
+               "the browser warns about an unknown certificate; accept the certificate only if its "
+               "SHA-256 is\n  %s\n",
                qr_code(url).c_str(), url.c_str(), fingerprint.c_str());
 }
 
@@ -786,8 +784,8 @@ class Guided {
 std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command) {
   if (command.sources.empty()) {
     throw UsageError(
-        "acquire: state the instrument by --connect: serial:/dev/ttyUSB0, tcp://HOST:PORT, sim:, "
-        "...; acquire --list shows what is connected");
+        "acquire: give the address of the instrument with --connect, for example "
+        "serial:/dev/ttyUSB0, tcp://HOST:PORT or sim:; acquire --list shows the connected devices");
   }
   std::vector<std::unique_ptr<Source>> sources;
   for (const std::string& address : command.sources) {

@@ -17,7 +17,7 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   OptionSet source = options.group("Source");
   source.add(
       "--connect", command.sources, "ADDRESS",
-      "address of the instrument; --list shows the kinds of addresses. If several are stated, "
+      "address of the instrument; --list shows the kinds of addresses. If several are given, "
       "readings are taken at the sample times of the first");
   source.add_flag("--list", command.list, "list connected devices and the kinds of sources");
   source.add("--temperature-column", command.temperature_column, "NAME",
@@ -63,7 +63,7 @@ void add_options(OptionSet& options, AcquireCommand& command) {
       "--check", command.check, "RECORD",
       "test an installed instrument for drift, in any pose; exit status 1 if it has drifted");
   health.add("--readings", command.readings, "N",
-             "readings at rest before the verdict [default: 3]");
+             "number of readings at rest before the verdict [default: 3]");
   health.add("--within", command.within, "S",
              "end without a verdict after this time [s] [default: 60]");
   OptionSet face = options.group("User interface");

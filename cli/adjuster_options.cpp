@@ -16,8 +16,10 @@ void set_adjusters(const std::optional<std::string>& adjusters,
     surface.adjusters_m.clear();
     for (const std::string_view pair : split(*adjusters, ';')) {
       if (std::count(pair.begin(), pair.end(), ',') != 1) {
-        throw UsageError(formatted("--adjusters: '{}' must be positions in metres, \"X,Y;X,Y;X,Y\"",
-                                   *adjusters));
+        throw UsageError(
+            formatted("--adjusters: '{}' must be the positions of the adjusters in "
+                      "metres, in the form \"X,Y;X,Y;X,Y\"",
+                      *adjusters));
       }
       const std::vector<double> xy = numbers_of("--adjusters", std::string(pair), 2);
       surface.adjusters_m.emplace_back(xy[0], xy[1]);
@@ -28,8 +30,8 @@ void set_adjusters(const std::optional<std::string>& adjusters,
   }
   if (surface.adjusters_m.empty()) {
     throw UsageError(
-        "the positions of the table's height adjusters are missing: state --adjusters "
-        "\"X,Y;X,Y;X,Y\" in metres, or a positioner with a table");
+        "the positions of the table's height adjusters are missing: give --adjusters "
+        "\"X,Y;X,Y;X,Y\" in metres, or --positioner FILE with these positions");
   }
   try {
     const Eigen::Vector2d none = Eigen::Vector2d::Zero();

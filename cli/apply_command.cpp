@@ -53,8 +53,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "raw readings (CSV), or a log of any format; - is stdin");
   options.add(
       "more", command.more, "FILE",
-      "to correct a log by several RECORDs, one for each sensor: the other RECORDs, then the log "
-      "as the last file");
+      "records of the other sensors of a log, if it has several; the log is then the last file");
   options.add_output(
       command.output,
       "output file; - is stdout. FILE.npy contains only the results, for NumPy [default: -]");
@@ -71,7 +70,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "height of the site of --latitude above the ellipsoid [default: 0]");
   options.add("--gravity-model", command.gravity_model, "NAME", "gravity model [default: wgs84]");
   options.add("--attitude", command.attitude, "RECORD",
-              "record of an accelerometer whose axes are in the same file; needed for headings and "
+              "record of an accelerometer whose readings are in the same file; for headings and "
               "for records with two fields");
   options.add("--frame", command.frame, "assembly|sensor",
               "frame of the results, for an instrument that was calibrated in an assembly "
@@ -80,8 +79,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "file with the rotation of the sensor in a model, from calibrate --method attitude; "
               "the results are in the model's frame");
   options.add("--joint", command.joint, "RECORD=BODY",
-              "record and rotation of a second instrument in the model, whose axes are in the same "
-              "file; adds the column joint_deg, the angle between the two instruments");
+              "record and rotation of a second instrument in the model, whose readings are in the "
+              "same file; adds the column joint_deg, the angle between the two instruments");
   options.add("--alarm", command.alarm, "DEG",
               "with --joint: a row gets the flag 'moved' if its angle is larger than DEG and "
               "significant [default: 0]");
@@ -110,8 +109,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
       "standard uncertainty of the temperature output, for --uncertainty [default: the record's]");
   add_table_options(options, command.table);
   options.add("--decimals", command.decimals, "N",
-              "number of decimals of all results, 0 to 15; fewer decimals are faster [default: the "
-              "fewest from which the same number can be read back]");
+              "number of decimals of all results, 0 to 15; fewer decimals are faster [default: as "
+              "many as are needed to read back the same number]");
   add_stored_record_options(options, command.stored);
   options.add_flag("--follow", command.follow,
                    "write the result of each row as soon as the row is read");
@@ -132,7 +131,7 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     if (!command.force && !is_possible_magnitude(kind, *there.magnitude, unit)) {
       throw UsageError(formatted(
           "--field-magnitude: {} {} is not possible, because the field '{}' is {} on the Earth; "
-          "state the unit of this number by --field-unit",
+          "give the unit of this number with --field-unit",
           *command.field_magnitude, unit, kind.name, possible_magnitudes(kind, unit)));
     }
   }
@@ -144,7 +143,7 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
   }
   if (command.latitude) {
     if (!field_kind(calibration.sensor.field.kind).vertical) {
-      throw UsageError("--latitude: computes gravity, but the field of the record is " +
+      throw UsageError("--latitude: this option computes gravity, but the field of the record is " +
                        calibration.sensor.field.kind);
     }
     const Site site = site_of_options(command.latitude, command.longitude, command.height, Site{});
@@ -232,8 +231,9 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
   if (!command.attitude) {
     if (!calibration.sensor.also.empty()) {
       throw UsageError(
-          formatted("the instrument also responds to the field {}: state --attitude RECORD, the "
-                    "record of an instrument of that field whose axes are in the same file",
+          formatted("the instrument also responds to the field {}: give --attitude RECORD, the "
+                    "record of an instrument that measures this field and whose readings are in "
+                    "the same file",
                     calibration.sensor.also.front().kind));
     }
     if (command.declination) {
@@ -257,8 +257,8 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
   if (attitude.sensor.field.kind != wanted || attitude.sensor.response.bias.size() < 3 ||
       !attitude.sensor.also.empty()) {
     throw DataError(*command.attitude,
-                    "--attitude: must be the record of an instrument of three "
-                    "axes or more, calibrated against " +
+                    "--attitude: must be the record of an instrument with three axes or more that "
+                    "was calibrated against " +
                         wanted);
   }
   if (!calibration.sensor.also.empty()) {
@@ -333,8 +333,8 @@ struct Joint {
     columns.columns = columns_in(csv, calibration);
     if (columns.columns.front().plus == columns_in(csv, own).front().plus) {
       throw UsageError(formatted(
-          "--joint: both instruments use the column '{}'; name the columns SLOT.axis, with the "
-          "slots of the records",
+          "--joint: both instruments use the column '{}'; rename the columns to SLOT.axis, with "
+          "the slot from each record",
           columns.columns.front().plus));
     }
     if (command.alarm) {
@@ -364,8 +364,8 @@ int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
       command.joint || command.body || command.json || command.output.ends_with(".npy")) {
     throw UsageError(
-        "apply: several RECORDs only correct the columns of a log and write them as CSV; for "
-        "angles, uncertainties or other formats apply each RECORD separately");
+        "apply: with several RECORDs, the columns of a log are only corrected and written as CSV; "
+        "for angles, uncertainties or other formats, apply each RECORD separately");
   }
   std::vector<std::string> records = {command.record, command.readings};
   records.insert(records.end(), command.more.begin(), command.more.end() - 1);
@@ -482,8 +482,8 @@ int run_one(const ApplyCommand& command) {
   if (!gives_field(calibration)) {
     print_remark("note",
                  "the biases in the record include the field during the calibration. Each result "
-                 "is therefore the reading minus the bias at its temperature; residual and "
-                 "direction are not computed");
+                 "is therefore the reading minus the bias at the temperature of the reading; "
+                 "residual and direction are not computed");
   }
   if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
     print_remark("note", "with 2 axes the third component is known only up to its sign");
@@ -507,7 +507,7 @@ int run_one(const ApplyCommand& command) {
   }
   print_rows(summary.extrapolated,
              "are at temperatures outside the calibrated range and have the flag 'extrapolated'");
-  print_rows(summary.moved, "have an angle of the joint above --alarm and the flag 'moved'");
+  print_rows(summary.moved, "have a joint angle larger than --alarm, and the flag 'moved'");
   print_rows(summary.saturated,
              "have a reading at or beyond the range of its axis and the flag 'saturated'");
   print_rows(summary.clamped, "have a component larger than the field and the flag 'clamped'");

@@ -49,8 +49,8 @@ Corrected of_record(const std::string& path,
     return !kinds.empty() && one.kind == kinds.front();
   });
   if (sensor == sensors.end()) {
-    throw DataError(log, formatted("contains no sensor of the kind {}, to which the record {} "
-                                   "belongs",
+    throw DataError(log, formatted("contains no sensor of the kind {}, for which the record {} was "
+                                   "made",
                                    instrument.kind, path));
   }
   std::optional<double> factor;
@@ -87,8 +87,8 @@ void apply_records(const std::vector<std::string>& records,
     all.push_back(of_record(record, log, sensors, force));
     if (!kinds.insert(all.back().calibration.sensor.instrument.kind).second) {
       throw UsageError(
-          formatted("{}: this is a second record of the kind {}; give one record of each kind to "
-                    "correct a log",
+          formatted("{}: this is a second record of a sensor of the kind {}; give only one record "
+                    "for each kind of sensor",
                     record, all.back().calibration.sensor.instrument.kind));
     }
   }

@@ -40,7 +40,7 @@ std::string text_of(const BodyRotation& body) {
     text += formatted("  {:>12.8f}{:>12.8f}{:>12.8f}\n", body.rotation_model_from_sensor(i, 0),
                       body.rotation_model_from_sensor(i, 1), body.rotation_model_from_sensor(i, 2));
   }
-  text += "\nStandard uncertainty about the model's axes [degrees]\n";
+  text += "\nStandard uncertainty of the rotation about the model's axes [degrees]\n";
   for (Eigen::Index i = 0; i < 3; ++i) {
     text += formatted("  {}  {}\n", "xyz"[i], degrees(std::sqrt(body.covariance(i, i))));
   }
@@ -69,7 +69,7 @@ int run_attitude(const CalibrateCommand& command) {
   if ((finds && command.body) || (!finds && !command.tare) || command.experiment.files.size() > 1) {
     throw UsageError(
         "--method attitude: requires one FILE of readings in known attitudes, or --tare FILE; with "
-        "--tare, state --body BODY if the rotation was determined before");
+        "--tare, give --body BODY if the rotation was determined before");
   }
   const std::string& record = *command.experiment.from;
   const Calibration calibration = read_unrefused(record, command.force);

@@ -198,8 +198,9 @@ void show_monte_carlo(const Calibration& calibration,
   const std::vector<MonteCarloCheck> checks = check_by_monte_carlo(
       calibration, asked.reduction, asked.noise, field, trials, seed, asked.temperature);
   shown.text += formatted(
-      "\nMonte Carlo, {} trials: range of 95 % of the errors\n"
-      "  {:<20}{:>12}{:>12}{:>12}\n",
+      "\n"
+      "Monte Carlo, {} trials: range that contains 95 % of the errors\n  "
+      "{:<20}{:>12}{:>12}{:>12}\n",
       trials, "", "from", "to", "linear +-");
   shown.json["monte_carlo"] = Json::array();
   for (const MonteCarloCheck& check : checks) {

@@ -56,7 +56,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
               "in known attitudes is given");
   options.add("--tare", command.tare, "FILE",
               "readings in one known attitude; they correct the rotation from the readings or from "
-              "--body (method attitude). An attitude that is not stated is taken as level");
+              "--body (method attitude). An attitude that is not given is taken as level");
   options.add_flag("--json", command.json, "print the record instead of tables");
   options.add_flag("--all", command.all,
                    "print all results: sensing axes, levelness, quality of the fit");
@@ -106,8 +106,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
       "one JSON line; -o RECORDS.jsonl[.zst] contains one line per unit, --table one row per unit");
   options.add(
       "--shard", command.shard, "I/N",
-      "with --stream: part I of N of the units, by a hash of the serial; axiscal merge joins "
-      "the parts");
+      "with --stream: calibrate only part I of N of the units, chosen by a hash of the serial "
+      "number; axiscal merge joins the parts");
   options.add_flag("--resume", command.resume,
                    "with --stream: keep the complete lines of the outputs, and continue after "
                    "them");
@@ -117,11 +117,13 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   options.add("--store", command.store, "STORE",
               "also store the records in a database: FILE.db (SQLite), or "
               "postgresql://USER@HOST/DATABASE; see axiscal store");
-  options.add("--station", command.station, "NAME", "with --store: station of the records");
+  options.add("--station", command.station, "NAME",
+              "with --store: name of the station that took "
+              "the readings");
   options.add("--batch", command.batch, "NAME", "with --store: batch of the units");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
                    "correct the most likely mistake in the readings, or leave out the wrong "
-                   "reading; the record states the change");
+                   "reading; the record contains a note of the change");
   options.add_flag("--force", command.force, "store the record even if it is refused");
 }
 
@@ -143,7 +145,9 @@ void put_name(std::string& path,
   }
   if (name.empty()) {
     throw UsageError(
-        formatted("-o: '{}' contains {}, but this name is unknown: {}", pattern, place, how));
+        formatted("-o: '{}' contains {}, but the name to put there is unknown: "
+                  "{}",
+                  pattern, place, how));
   }
   if (name.find('/') != std::string::npos) {
     throw UsageError(formatted("-o: '{}' cannot be part of a file's name", name));
@@ -161,8 +165,12 @@ std::string output_for(const std::string& pattern,
   std::string path = pattern;
   put_name(path, pattern, file_place, file, "without --each, all files together make one record");
   put_name(path, pattern, instance_place, std::to_string(instance), "");
-  put_name(path, pattern, slot_place, slot, "state it by columns SLOT.axis or by --slot");
-  put_name(path, pattern, serial_place, serial, "state it by a column 'serial' or by --serial");
+  put_name(path, pattern, slot_place, slot,
+           "name the slot in the columns (SLOT.axis) or with "
+           "--slot");
+  put_name(path, pattern, serial_place, serial,
+           "give the serial number in a column 'serial' or "
+           "with --serial");
   return path;
 }
 
@@ -306,7 +314,7 @@ std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
   Instrument unit = experiment.instrument;
   unit.serial = unit.serial.empty() ? run.serial : unit.serial;
   if (unit.serial.empty() && unit.model.empty()) {
-    throw UsageError("--history: state the unit by --serial, --model or a column 'serial'");
+    throw UsageError("--history: identify the unit with --serial, --model or a column 'serial'");
   }
   return process_scatter(earlier, unit, run.inputs);
 }
@@ -516,10 +524,10 @@ int run_batch(const CalibrateCommand& command,
   if (!command.table && !command.store && !has_place_of_unit(command)) {
     throw UsageError(
         command.each
-            ? "--each: state -o with {file} or {serial} for one record per file, or --table FILE "
+            ? "--each: give -o with {file} or {serial} for one record per file, or --table FILE "
               "for one row per file"
-            : "the readings are of several units (column 'serial'): state -o with {serial} for "
-              "one record per unit, or --table FILE for one row per unit");
+            : "the readings are of several units (column 'serial'): give -o with {serial} for one "
+              "record per unit, or --table FILE for one row per unit");
   }
   std::optional<StoreWriter> database;
   std::string inputs;  // SHA-256 of the input files, separated by blanks
@@ -748,7 +756,8 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
     options.instrument = name_of(sensor->kind);
   } else if (sensor && !options.instrument) {
     throw UsageError(formatted(
-        "the kind of instrument is missing; the numbers look like: {}. If so, use --instrument {}",
+        "the kind of instrument is missing; the numbers look like readings of this kind: {}. If "
+        "this is right, use --instrument {}",
         name_of(sensor->kind), name_of(sensor->kind)));
   }
   if (!options.unit) {
@@ -826,8 +835,8 @@ int run(const CalibrateCommand& command) {
   const std::vector<std::string> of_logs = stated_options_of(command.rests);
   if (!of_logs.empty()) {
     throw UsageError(
-        formatted("calibrate: {} {} only for a log (--imu), not for tables of readings; name the "
-                  "axes of a table by --axes, and columns without a header by --names",
+        formatted("calibrate: {} {} only for a log (--imu), not for tables of readings; for a "
+                  "table, name the axes with --axes, and columns without a header with --names",
                   joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
   }
   const TableOptions& table = command.rests.log.table;

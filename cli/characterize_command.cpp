@@ -99,10 +99,10 @@ Observations own_readings(const Run& table, const std::string& slot, const Refer
   }
   throw DataError(
       files.observations,
-      formatted("the columns are of slots {}, but the record {}{}; state the slot: --reference "
-                "{}={}:SLOT",
+      formatted("the columns belong to the slots {}, but the record {}{}; name the slot: "
+                "--reference {}={}:SLOT",
                 joined(table.slots), files.record,
-                slot.empty() ? " states no slot" : " is of slot " + slot, files.record,
+                slot.empty() ? " names no slot" : " is of slot " + slot, files.record,
                 files.observations));
 }
 
@@ -130,7 +130,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     const std::string read = slots.empty() ? "" : slots.size() == 1 ? slots.front() : wanted;
     if (!readings.emplace(files.observations, read).second) {
       throw UsageError(formatted(
-          "--reference: the readings {} are stated twice; each mounting requires separate readings",
+          "--reference: the readings {} are given twice; each mounting requires separate readings",
           files.observations));
     }
     reference.observations = own_readings(table.run, wanted, files);
@@ -283,7 +283,9 @@ CharacterizeOptions options_of(const CharacterizeCommand& command) {
 
 int run(const CharacterizeCommand& command) {
   if (command.output == "-" && command.json) {
-    throw UsageError("-o -: --json would also go to standard output; use -o FILE");
+    throw UsageError(
+        "-o -: the cube and the output of --json cannot both go to standard output; "
+        "use -o FILE");
   }
   const std::vector<ReferenceFiles> files = reference_files(command);
   const CharacterizeOptions options = options_of(command);
@@ -304,9 +306,9 @@ int run(const CharacterizeCommand& command) {
 Subcommand characterize_subcommand() {
   return make_subcommand<CharacterizeCommand>(
       "characterize", "measure a cube with calibrated instruments",
-      "Take the 12 points several times (replicates). If you state a record\n"
-      "twice, its instrument was mounted twice, and the readings show the repeatability\n"
-      "of the mount.",
+      "Take the 12 points several times (replicates). To measure the\n"
+      "repeatability of the mount, mount an instrument several times, and give its\n"
+      "record once for each mounting.",
       &add_options, &run);
 }
 

@@ -423,8 +423,10 @@ int run(const CheckCommand& command) {
   }
   if (command.experiment.instrument &&
       *command.experiment.instrument != old.sensor.instrument.kind) {
-    throw UsageError("--instrument: leave the option out, or state the kind in the record: " +
-                     old.sensor.instrument.kind);
+    throw UsageError(
+        "--instrument: leave the option out, or give the kind that is in the "
+        "record: " +
+        old.sensor.instrument.kind);
   }
   Calibration fresh;
   std::optional<double> temperature;

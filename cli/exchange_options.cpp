@@ -10,21 +10,21 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
   options.add("record", command.records, "RECORD",
               "calibration record (JSON); kalibr takes two (accelerometer and gyroscope) or the "
               "output of `noise --json`; px4, ardupilot and iio take all sensors of a vehicle");
-  options.add("--format", command.format, "NAME", "name of a format, as --list prints it");
+  options.add("--format", command.format, "NAME", "name of the format; --list prints the names");
   options.add_flag("--list", command.list,
                    "list the formats with the formulas that the other software uses");
   options.add_flag("--json", command.json,
-                   "print JSON: the list of formats, or with -o FILE the format, file, notes and "
+                   "print JSON: with --list the formats; with -o FILE the format, file, notes and "
                    "lost parts of the export");
   options.add("--reading-factor", command.reading_factor, "R",
-              "factor from the readings to the output of the driver in the other software, for "
-              "example in m/s^2 per count");
+              "factor from the readings to the driver's output in the other software, for example "
+              "in m/s^2 per count");
   options.add("--gravity", command.gravity, "G",
-              "local gravity [m/s^2], for a record in g that does not state it");
+              "local gravity [m/s^2], for a record in g that does not contain it");
   options.add(
       "--numbers", command.numbers, "TYPE",
-      "number type of a C header: double, float, or fixed point: q16, or q0:16 (numbers of binary "
-      "places of the readings and of the field)");
+      "number type of a C header: double, float, or fixed point such as q16 or q0:16 (binary "
+      "places of the readings, then of the field)");
   options.add("--name", command.name, "ID",
               "prefix of the names in a C header [default: axiscal_KIND, or axiscal_KIND_SLOT]");
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9 [default: 0]");

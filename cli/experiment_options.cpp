@@ -32,7 +32,7 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
   if (instrument.kind.empty()) {
     throw UsageError(
-        "the kind of instrument is missing: --instrument accelerometer, inclinometer, "
+        "the kind of instrument is missing: give --instrument accelerometer, inclinometer, "
         "magnetometer, gyroscope, optical or generic");
   }
   try {
@@ -420,15 +420,16 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "turned by 180 degrees about x or y)");
   OptionSet method = options.group("Method");
   method.add("--method", experiment.method, "METHOD",
-             "paired, joint, known, magnitude, bias or attitude; magnitude needs no labels. bias "
-             "takes readings at rest in one pose, over temperature. attitude finds how the "
-             "instrument of --from is mounted in a model [default: chosen from the readings]");
+             "paired, joint, known, magnitude, bias or attitude; magnitude needs no labels. Method "
+             "bias takes readings at rest in one pose, over temperature. Method attitude finds how "
+             "the instrument of --from is mounted in a model [default: chosen from the readings]");
   method.add("--shape", experiment.shape, "SHAPE",
-             "sensitivity of method magnitude: symmetric or triangular [default: symmetric]");
+             "form of the sensitivity matrix of method magnitude: symmetric or triangular "
+             "[default: symmetric]");
   method.add(
       "--weights", experiment.weights, "W",
-      "weights of the readings: by the column samples, by the columns AXIS_sd (sd), or equal "
-      "(none) [default: samples if the column exists]");
+      "weights of the readings: samples (by the column 'samples'), sd (by the columns AXIS_sd) or "
+      "none (equal weights) [default: samples if the column exists]");
   method.add_flag("--robust", experiment.robust,
                   "robust regression (bisquare), which gives outliers small weights");
   method.add_flag("--squares", experiment.squares,
@@ -439,7 +440,7 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                   "compare it with the linear fit");
   method.add("--leave-out", experiment.leave_out, "RUNS", "runs to leave out, for example 7,8");
   method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
-             "known ratios of the noise of the axes, for example 1,1,1, with which smaller "
+             "known ratios of the noise of the axes, for example 1,1,1; with known ratios, smaller "
              "mistakes are detected");
   method.add(
       "--drift", experiment.drift, "auto|none|linear",
@@ -490,7 +491,7 @@ std::string take_unit_of_file(const std::string& unit, ExperimentOptions& option
   options.field_magnitude = number_text(standard_gravity);
   return formatted(
       "the readings are in m/s^2, so the magnitude of gravity is taken as the standard value, {} "
-      "m/s^2, which may be wrong by up to 0.3 %; state --latitude and --height to compute the "
+      "m/s^2, which may be wrong by up to 0.3 %; give --latitude and --height to compute the "
       "gravity at the site",
       *options.field_magnitude);
 }
@@ -541,7 +542,7 @@ std::optional<std::string> of_slot(const char* option,
       any = true;
       in_own = name == slot;
       if (in_own && own) {
-        throw UsageError(formatted("{}: slot {} is stated twice", option, slot));
+        throw UsageError(formatted("{}: slot {} is given twice", option, slot));
       }
       if (in_own) {
         own = std::string(item.substr(item.find('=') + 1));
@@ -565,8 +566,7 @@ void set_slots(const ExperimentOptions& options, Experiment& experiment) {
       if (equals == std::string_view::npos || name.empty() ||
           std::find(slots.begin(), slots.end(), name) != slots.end()) {
         throw UsageError(
-            formatted("--instrument: '{}': must be SLOT=KIND,SLOT=KIND, each slot "
-                      "once",
+            formatted("--instrument: '{}': must be SLOT=KIND,SLOT=KIND, with each slot once",
                       *options.instrument));
       }
       slots.push_back(name);

@@ -83,8 +83,9 @@ void state_unit(const UnitOptions& units, const std::string& path, Instrument& i
   }
   if (!instrument.unit.empty() && instrument.unit != "1" && instrument.unit != *unit) {
     throw UsageError(
-        formatted("export: the readings of the record {} are in {}, but the options state {}", path,
-                  instrument.unit, *unit));
+        formatted("export: the readings of the record {} are in {}, but the options give the unit "
+                  "{}",
+                  path, instrument.unit, *unit));
   }
   instrument.unit = *unit;
 }
@@ -157,8 +158,9 @@ int run_export(const ExportCommand& given) {
   }
   if (command.records.empty() || !command.format) {
     throw UsageError(
-        "export: requires a RECORD (kalibr: two, of accelerometer and gyroscope; px4, ardupilot "
-        "and iio: of all sensors of a vehicle) and --format NAME; --list prints the formats");
+        "export: requires --format NAME and a RECORD (format kalibr: the records of an "
+        "accelerometer and of a gyroscope; formats px4, ardupilot and iio: the records of all "
+        "sensors of a vehicle); --list prints the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError(formatted("export: {} is a binary format; give -o FILE", *command.format));

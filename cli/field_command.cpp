@@ -74,7 +74,9 @@ std::set<std::string_view> wanted_fields(const FieldCommand& command) {
 
 Site site_of(const FieldCommand& command, const std::set<std::string_view>& wanted) {
   if (!command.latitude) {
-    throw UsageError("field: the site is missing: --latitude DEG --longitude DEG [--height M]");
+    throw UsageError(
+        "field: the site is missing: give --latitude DEG --longitude DEG [--height "
+        "M]");
   }
   if (!command.longitude && (wanted.contains("geomagnetic") || wanted.contains("sun"))) {
     throw UsageError(
@@ -167,8 +169,7 @@ std::string table(const Json& json, const Site& site, double time_s) {
   if (json.contains("geomagnetic")) {
     const Json& field = json.at("geomagnetic");
     text += formatted(
-        "\nmagnetic declination {:.2f} (east of north), inclination {:.2f} (down) "
-        "degrees\n",
+        "\nmagnetic declination {:.2f} degrees (+ east), inclination {:.2f} degrees (+ down)\n",
         field.at("declination_deg").get<double>(), field.at("inclination_deg").get<double>());
     if (field.contains("u_magnitude")) {
       text += formatted(

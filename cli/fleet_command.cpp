@@ -40,11 +40,11 @@ void require_one_design(const Store& store, const StoreFilter& filter, const std
     }
     if (counts.size() > 1) {
       throw DataError(
-          name, formatted("has tests of several {}: {}; choose one by {}", what, list, option));
+          name, formatted("has tests of several {}: {}; choose one with {}", what, list, option));
     }
   };
   if (kinds.empty()) {
-    throw DataError(name, "has no such calibrations");
+    throw DataError(name, "contains no calibrations that match the options");
   }
   require_one(kinds, "kinds", "--kind");
   require_one(models, "models", "--model");
@@ -82,7 +82,7 @@ bool is_shown(const std::string& parameter) {
 
 int run_fleet(const ReportCommand& command) {
   if (!command.record.empty()) {
-    throw UsageError("report: give a RECORD or --fleet STORE");
+    throw UsageError("report: give either a RECORD or --fleet STORE, not both");
   }
   if (!command.output.ends_with(".html") && !command.output.ends_with(".htm") &&
       command.output != "-") {

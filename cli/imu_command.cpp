@@ -55,7 +55,8 @@ ImuOptions options_of(const CalibrateCommand& command) {
   experiment.field = experiment.field.value_or("gravity");
   if (experiment.axes) {
     throw UsageError(
-        "--axes: with --imu use --accelerometer X,Y,Z, --gyroscope X,Y,Z and --magnetometer X,Y,Z");
+        "--axes: cannot be combined with --imu; use --accelerometer X,Y,Z, --gyroscope X,Y,Z and "
+        "--magnetometer X,Y,Z");
   }
   options.experiment = make_experiment(experiment);
   if (options.experiment.instrument.range) {
@@ -69,7 +70,7 @@ ImuOptions options_of(const CalibrateCommand& command) {
         parse_positive("--magnetic-magnitude", *command.magnetic_magnitude);
   }
   if (command.cube && command.rests.plan) {
-    throw UsageError("--cube: cannot be combined with --plan, which states the seats");
+    throw UsageError("--cube: cannot be combined with --plan, which already gives the seats");
   }
   if (command.cube) {
     options.seats = Seats::recognised;
@@ -182,7 +183,7 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   if (known.sensor.instrument.axis_count() != 3 || !known.sensor.also.empty() ||
       known.sensor.field.kind != "gravity") {
     throw DataError(*command.known_accelerometer,
-                    "must be the record of an accelerometer of three axes");
+                    "must be the record of an accelerometer with three axes");
   }
   if (unit != "1" && known.sensor.instrument.unit != "1" && known.sensor.instrument.unit != unit) {
     throw DataError(
@@ -202,8 +203,9 @@ std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& 
                    : read_region_column(*command.imu, *command.rests.regions);
   }
   if (input.has_parts) {
-    print_remark(
-        "note", "the column 'part' names the rests and turns; therefore they are not searched for");
+    print_remark("note",
+                 "the rests and turns are taken from the column 'part', so the log is not searched "
+                 "for them");
     return read_region_column(*command.imu, "part");
   }
   return {};
@@ -290,8 +292,8 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
                                    : std::string();
     if (command.rests.accelerometer && !unit.empty()) {
       print_remark("note",
-                   formatted("the unit of the accelerometer's readings is taken as {}, by the "
-                             "magnitude of gravity",
+                   formatted("the unit of the accelerometer's readings is taken as {}, because in "
+                             "this unit their magnitude is that of gravity",
                              unit));
     }
     const std::string note = take_unit_of_file(unit, own.experiment);
@@ -356,7 +358,7 @@ int deliver_of_log(const CalibrateCommand& command,
     print_error(formatted("axiscal: {}: refused: {}\n", sensor.slot, sensor.message));
   }
   if (records.empty() && failed.empty()) {
-    throw RefusedError("--only: the log contains none of the stated sensors");
+    throw RefusedError("--only: the log contains none of the chosen sensors");
   }
   return failed.empty() ? status : 1;
 }
@@ -374,7 +376,7 @@ int run_imu(const CalibrateCommand& command) {
   std::vector<std::string> paths = {*command.imu};
   paths.insert(paths.end(), command.experiment.files.begin(), command.experiment.files.end());
   if (paths.size() > 1 && command.rests.regions) {
-    throw UsageError("--regions: only one log may be given with it");
+    throw UsageError("--regions: only one log can be given with this option");
   }
   static_cast<void>(
       options_of(command));  // reports errors of the command line before the log is read
@@ -410,8 +412,8 @@ int run_imu(const CalibrateCommand& command) {
     throw DataError(*command.imu,
                     formatted("contains no accelerometer whose readings include gravity and vary; "
                               "it contains: {}. The linear acceleration of phones excludes "
-                              "gravity: record the acceleration with gravity. To use other columns "
-                              "state --accelerometer X,Y,Z",
+                              "gravity: record the acceleration with gravity. To use other "
+                              "columns, give --accelerometer X,Y,Z",
                               found));
   }
   std::vector<Calibration> records;

@@ -96,7 +96,8 @@ void forbid_options_of_calibrate(const ExperimentOptions& options) {
                              &options.field_magnitude_u}) {
     if (option->has_value() || options.one_sided) {
       throw UsageError(
-          "level: options of calibrate require readings, because they cannot change a record");
+          "level: the options of calibrate can be used only with readings, because they cannot "
+          "change a record");
     }
   }
 }
@@ -149,8 +150,8 @@ void require_trust(const Measured& measured) {
       (calibration.fit.levelness && !calibration.fit.levelness->consistent)) {
     throw RefusedError(
         "level: the readings give contradictory slopes of the table, so no turns are computed; "
-        "first correct the faults in the warnings (repeat these readings, or use --leave-out or "
-        "--level-by block)");
+        "first correct the faults that the warnings name (repeat these readings, or use "
+        "--leave-out or --level-by block)");
   }
 }
 

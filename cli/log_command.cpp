@@ -157,7 +157,7 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
     const std::string columns = quoted(joined(three, ","));
     return formatted(
                "no accelerometer, gyroscope or magnetometer was recognised by names, units or "
-               "numbers;\nif the columns {} are the axes of {}, use this command, otherwise state "
+               "numbers;\nif the columns {} are the axes of {}, use this command; otherwise, name "
                "other columns in it:\n",
                joined(three),
                has_times(one) ? "an accelerometer"
@@ -198,9 +198,9 @@ std::string next_steps(const RecordingSummary& summary, const std::string& file)
   }
   const auto magnetometer = first_of(SeriesKind::magnetometer);
   if (magnetometer != sensors.end()) {
-    return "the magnitude of the field is unknown, so this command assumes 1; state the magnitude "
-           "by\n"
-           "--field-magnitude 48 --field-unit uT, or the site by --latitude and --longitude\n" +
+    return "the magnitude of the field is unknown, so this command assumes 1; give the magnitude "
+           "with\n"
+           "--field-magnitude 48 --field-unit uT, or the site with --latitude and --longitude\n" +
            next_for_turned(*magnetometer, "magnetometer", file);
   }
   const auto gyroscope = first_of(SeriesKind::gyroscope);
@@ -244,7 +244,7 @@ Subcommand log_subcommand() {
   return make_subcommand<LogCommand>(
       "log", "show the content of a file: sensors, rates, gaps",
       "Reads tables (text, .npy, .npz, .mat, .xlsx, JSON), flight logs (ULog,\n"
-      "DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), recordings of phones,\n"
+      "DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), recordings from phones,\n"
       "and the output of devices.",
       &add_options, &run);
 }

@@ -38,7 +38,7 @@ void add_log_options(OptionSet& options, LogOptions& log) {
 }
 
 void add_unit_options(OptionSet& options, UnitOptions& units) {
-  OptionSet group = options.group("Units of readings without stated units");
+  OptionSet group = options.group("Units of the readings, if the file does not contain them");
   group.add("--unit", units.all, "UNIT", "unit of all readings");
   group.add("--accelerometer-unit", units.accelerometer, "UNIT",
             "unit of the accelerometer: m/s^2, g, ..");
@@ -65,8 +65,8 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
           "data]");
   log.add("--plan", rests.plan, "SHEET", "run sheet with the seats of the cube in their order");
   log.add("--regions", rests.regions, "FILE|COLUMN",
-          "calibrate: known rests and whole turns: a file (axiscal-regions, JSON), or a column of "
-          "the table with their names, for example x_p, x_a, x_rot");
+          "with calibrate: known rests and whole turns, from a file (axiscal-regions, JSON) or "
+          "from a column of the table that names them (x_p, x_a, x_rot)");
   log.add("--first-fence", rests.first_fence, "FACE",
           "face at the fence in the first rest, if seats are recognised");
   log.add("--accelerometer", rests.accelerometer, "X,Y,Z",

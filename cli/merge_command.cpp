@@ -98,7 +98,7 @@ int run(const MergeCommand& command) {
     const NumberedLine& line = first->lines[first->next++];
     if (last && line.unit <= *last) {
       throw RefusedError(
-          formatted("{}: unit {} occurs twice; state each part once", first->path, line.unit));
+          formatted("{}: unit {} occurs twice; give each part only once", first->path, line.unit));
     }
     if (line.unit != (last ? *last + 1 : 0)) {
       throw RefusedError(

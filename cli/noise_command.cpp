@@ -94,8 +94,8 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
   if (missing > 0) {
     warn(noise,
          formatted(
-             "column '{}': {} cells are not numbers; each of them is replaced by the value of the "
-             "cell before",
+             "column '{}': {} cells are not numbers; each of them is replaced by the value in the "
+             "row before",
              name, missing));
   }
 }
@@ -134,8 +134,8 @@ double rate_of(const RecordedLog& log,
   }
   if (!time) {
     throw DataError(log.name,
-                    "no column of times was recognised; name the column by --time COLUMN, or state "
-                    "--rate HZ");
+                    "no column of times was recognised; name the column with --time COLUMN, or "
+                    "give --rate HZ");
   }
   const std::vector<double>& times = log.samples[time->position];
   const TimeUnit unit = settle_time_unit(log.name, *time, times);
@@ -153,11 +153,11 @@ double rate_of(const RecordedLog& log,
     gaps += step > 5.0 * mean_step || step < 0.0 ? 1U : 0U;
   }
   if (gaps > 0) {
-    warn(
-        noise,
-        formatted(
-            "the times have {} gaps or steps back, but the samples are assumed to be evenly spaced",
-            gaps));
+    warn(noise,
+         formatted(
+             "the times have {} gaps or backward steps; the samples are nevertheless treated as "
+             "evenly spaced",
+             gaps));
   }
   return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
 }
@@ -269,8 +269,8 @@ std::vector<AllanPoint> fitted_part(const std::vector<AllanPoint>& curve,
   });
   if (part.size() < 3) {
     throw UsageError(
-        formatted("--tau {}: only {} points of the curve, which covers {} to {} s, lie in this "
-                  "range; three or more are required",
+        formatted("--tau {}: only {} points of the curve lie in this range (the curve covers {} to "
+                  "{} s); three or more are required",
                   *command.tau, part.size(), number_text(curve.front().tau_s, 3),
                   number_text(curve.back().tau_s, 3)));
   }
@@ -352,7 +352,9 @@ LogNoise noise_of_curve(const RecordedLog& log, const NoiseCommand& command) {
   for (std::size_t i = 0; i < tau.size(); ++i) {
     if (!(tau[i] > (i > 0 ? tau[i - 1] : 0.0)) || !std::isfinite(tau[i])) {
       throw DataError(log.name,
-                      formatted("point {} of the curve: tau must be positive and increase", i + 1));
+                      formatted("point {} of the curve: tau must be positive, and larger than at "
+                                "the point before",
+                                i + 1));
     }
   }
   const std::vector<double>* const terms =
@@ -490,15 +492,16 @@ void cut_to_rest(RecordedLog& log,
     };
     if (part.moves) {
       throw RefusedError(
-          formatted("{}: the instrument moves all the time; its longest quiet part is from {} to "
-                    "{} s. Record a log at rest, or state a part at rest by --from and --to",
+          formatted("{}: the instrument moves all the time; the longest quiet part of the log is "
+                    "from {} to {} s. Record a log at rest, or select a part at rest with --from "
+                    "and --to",
                     log.name, seconds(part.first), seconds(part.end)));
     }
     if (part.first > 0 || part.end < n) {
       warn(noise,
            formatted("the instrument is not at rest all the time: the noise is computed from the "
-                     "longest rest, {} to {} s, and {} % of the samples are left out (--from and "
-                     "--to select another part)",
+                     "longest rest, which lasts from {} to {} s, and {} % of the samples are left "
+                     "out (--from and --to select another part)",
                      seconds(part.first), seconds(part.end),
                      number_text(100.0 * static_cast<double>(n - (part.end - part.first)) /
                                      static_cast<double>(n),
@@ -614,7 +617,7 @@ LogNoise noise_of_sensors(const NoiseCommand& command,
 
 int run(const NoiseCommand& command) {
   if (command.format && *command.format != "kalibr") {
-    throw UsageError(formatted("--format: '{}' is not 'kalibr'", *command.format));
+    throw UsageError(formatted("--format: '{}' must be 'kalibr'", *command.format));
   }
   const std::vector<std::string> wanted =
       command.columns ? names_of(*command.columns) : std::vector<std::string>{};

@@ -79,10 +79,9 @@ void add_options(OptionSet& options, PlanCommand& command) {
           .c_str());
   forecast.add("--slope", command.slope, "X,Y", "expected slope of the table [default: 0,0]");
   OptionSet tolerances = options.group("Tolerances");
-  tolerances.add(
-      "--tolerances", command.tolerances, "NAME=SD,..",
-      "standard deviations of the errors of the made cube: foot_height_m, ball_radius_m, "
-      "squareness_rad, fence_rad");
+  tolerances.add("--tolerances", command.tolerances, "NAME=SD,..",
+                 "standard deviations of the errors with which the cube is made: foot_height_m, "
+                 "ball_radius_m, squareness_rad, fence_rad");
   tolerances.add("--trials", command.trials, "N", "number of simulated cubes [default: 1000]");
   OptionSet temperature = options.group("Temperature");
   temperature.add(
@@ -154,14 +153,17 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
     }
     print_remark(
         "note",
-        formatted("only the columns {} of the noise log are used; they have one unit", names));
+        formatted("only the columns {} of the noise log are used, because they have the same "
+                  "unit",
+                  names));
   }
   const double dwell_s =
       command.dwell ? parse_positive("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
     print_remark("warning",
                  formatted("the noise log does not show the noise of averages over more than {} s; "
-                           "the forecast for a dwell time of {} s may be far too small",
+                           "the uncertainties forecast for a dwell time of {} s may be far too "
+                           "small",
                            number_text(worst->curve.back().tau_s, 3), number_text(dwell_s, 3)));
   }
   double largest = 0.0;
@@ -221,7 +223,7 @@ std::vector<std::string> remarks_on(const ForecastSetup& setup) {
   std::vector<std::string> remarks = rocking_remarks(setup.positioner, points);
   if (method_kind(setup.method).directions_known && !(setup.level_u_rad > 0.0)) {
     remarks.emplace_back(
-        "Method known assumes that the table's slope is known exactly; --level-u states the "
+        "Method known assumes that the table's slope is known exactly; --level-u sets the "
         "uncertainty of the slope.");
   }
   return remarks;
@@ -258,8 +260,9 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
   }
   if (makes_sheet && *needed > longest_sheet) {
     throw RefusedError(
-        formatted("--want-angle-deg: {} degrees need {} replicates of {} samples per point; "
-                  "average more samples at each point (--samples), or state --replicates",
+        formatted("--want-angle-deg: {} degrees need {} replicates of {} samples per point, too "
+                  "many for a run sheet; average more samples at each point (--samples), or set "
+                  "--replicates",
                   short_degrees(wanted_rad), formatted("{:.0f}", *needed), setup.samples));
   }
   return static_cast<int>(std::min(*needed, 1e9));
@@ -283,7 +286,7 @@ int tell_soak(const PlanCommand& command) {
     const std::optional<double> value = parse_number(csv.cells()[temperature]);
     if (!t || !value || (!times.empty() && *t < times.back())) {
       throw DataError(csv.path(), csv.line(),
-                      "this row must have a temperature, and a time that is not before the time of "
+                      "this row must have a temperature, and a time that is not earlier than in "
                       "the previous row");
     }
     times.push_back(*t);
@@ -302,9 +305,11 @@ int tell_soak(const PlanCommand& command) {
     text =
         formatted("not steady: the log is shorter than the window of {} s\n", number_text(window));
   } else {
-    text = formatted("{}: the temperature changes by {:.2g} in {:g} s (u {:.1g}; allowed {:g})\n",
-                     state.steady ? "steady" : "not steady", state.rate * window, window,
-                     state.rate_u * window, tolerance);
+    text = formatted(
+        "{}: the temperature changes by {:.2g} in {:g} s (standard uncertainty "
+        "{:.1g}; allowed {:g})\n",
+        state.steady ? "steady" : "not steady", state.rate * window, window, state.rate_u * window,
+        tolerance);
     if (!state.steady && !std::isnan(state.remaining_s)) {
       text += formatted("steady in about {:.0f} s\n", state.remaining_s);
     }

@@ -33,7 +33,7 @@ class PlanText {
       add_coefficients();
       add_angles();
     } else {
-      text_ += "\nNo forecast: state the noise of a sample by --noise.\n";
+      text_ += "\nNo forecast: give the noise of a sample with --noise.\n";
     }
     add_wanted();
     add_tolerances();
@@ -63,13 +63,12 @@ class PlanText {
         "{:.3f}\n",
         quality.variance_inflation.x(), quality.variance_inflation.y(),
         quality.variance_inflation.z());
-    text_ +=
-        wrapped(formatted("largest prediction variance {:.4g} times the variance of a reading, for "
-                          "a field along ({:.2f}, {:.2f}, {:.2f})",
-                          quality.largest_prediction_variance / setup.replicates,
-                          quality.worst_direction.x(), quality.worst_direction.y(),
-                          quality.worst_direction.z()),
-                80);
+    text_ += wrapped(formatted("the largest prediction variance is {:.4g} times the variance of a "
+                               "reading, for a field along ({:.2f}, {:.2f}, {:.2f})",
+                               quality.largest_prediction_variance / setup.replicates,
+                               quality.worst_direction.x(), quality.worst_direction.y(),
+                               quality.worst_direction.z()),
+                     80);
     text_ += "\n";
     if (plan_.optimal) {
       text_ +=

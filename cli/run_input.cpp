@@ -23,7 +23,8 @@ std::vector<Run> read_files(const ExperimentFile& experiment,
                             Observations* observations_beside) {
   if (experiment.paths.observations.empty()) {
     throw UsageError(
-        "the files of the observations are missing on the command line and in the experiment");
+        "the files of the readings are missing: name them on the command line or in the "
+        "experiment");
   }
   const ObservationColumns columns = observation_columns(experiment.experiment, units);
   std::vector<Run> files;
@@ -43,7 +44,9 @@ std::vector<Run> read_files(const ExperimentFile& experiment,
                    });
       const std::string advice = is_axis ? column_advice(error, "--axes", "") : "";
       throw error.with(advice.empty() && is_axis && !there.empty()
-                           ? formatted("; if it has no other axes: --axes {}", joined(there, ","))
+                           ? formatted("; if the instrument has only the axes that exist, use "
+                                       "--axes {}",
+                                       joined(there, ","))
                            : advice);
     }
     files.push_back(std::move(file.run));

@@ -23,8 +23,8 @@ namespace axiscal::cli {
 namespace {
 
 constexpr const char* say_the_faces =
-    "state the face on the table in each rest: in a column 'rest' (-Z: the face -Z on the table), "
-    "or in words with --face-names";
+    "give the face on the table in each rest: in a column 'rest' (-Z: the face -Z is on the "
+    "table), or as words with --face-names";
 
 bool has_poses(const Observations& observations) {
   return std::any_of(observations.readings.begin(), observations.readings.end(),
@@ -74,8 +74,8 @@ void require_agreement(const Run& run,
   for (std::size_t i = 0; i < named.size() && !is_turned; ++i) {
     if (seen[i] != named[i]) {
       throw RefusedError(formatted(
-          "{}: the file name states the face {} on the table, but the readings show {}; rename the "
-          "file",
+          "{}: the file name says that face {} is on the table, but the readings show {}; rename "
+          "the file",
           run.inputs[i].path, face_name(*named[i]),
           seen[i] ? "the face " + std::string(face_name(*seen[i]))
                   : "that the instrument lay on "
@@ -212,7 +212,7 @@ void label_faces(Run& run) {
     faces = std::move(seen);
     print_remark("note",
                  formatted("the faces on the table in the {} rests are recognised by gravity; a "
-                           "column 'rest' can state them instead",
+                           "column 'rest' can name the faces instead",
                            faces.size()));
   }
   std::vector<std::size_t> rows;
@@ -254,7 +254,7 @@ void require_readings(const Run& run) {
   if (upper_median(std::move(steps)) < alike * range.maxCoeff()) {
     throw RefusedError(
         "these are samples of a moving instrument, without rests; let it rest for a second or more "
-        "in each orientation, and find the rests by: axiscal segment LOG -o readings.csv");
+        "in each orientation, and find the rests with: axiscal segment LOG -o readings.csv");
   }
 }
 

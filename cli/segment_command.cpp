@@ -35,7 +35,7 @@ void add_options(OptionSet& options, SegmentCommand& command) {
                    "three --columns), the fence faces by --gyroscope or --magnetometer");
   options.add_flag(
       "--keep-split", command.keep_split,
-      "keep all parts of a rest that a knock split; otherwise only the longest part is kept");
+      "keep all parts of a rest that was split by a knock; otherwise only the longest is kept");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of CSV");
 }
@@ -117,7 +117,7 @@ int run(const SegmentCommand& command) {
   const bool labels_wanted = command.recognise || command.rests.plan;
   if (command.recognise && options.accelerometer.size() != 3) {
     throw UsageError(
-        "--recognise: requires an accelerometer; state --accelerometer X,Y,Z, or three --columns");
+        "--recognise: requires an accelerometer; give --accelerometer X,Y,Z, or three --columns");
   }
   std::optional<RecordedLog> recorded;
   std::vector<std::string> notes;

@@ -20,8 +20,8 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet) {
               "repetitions of the whole design [default: 1]");
   options.add("--seed", sheet.seed, "S", "seed of the random order [default: 1]");
   options.add("--temperatures", sheet.temperatures, "T,T,..",
-              "temperatures of the soaks; the whole design with all replicates is read at each of "
-              "them");
+              "temperatures of the soaks; the whole design with all replicates is read at each "
+              "one");
 }
 
 std::uint64_t seed_of(const SheetOptions& options) {

@@ -52,7 +52,8 @@ void add_options(OptionSet& options, SimulateCommand& command) {
               ("effects on the readings besides noise: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
-              "azimuth of the table's y axis, by which the field of the true record is rotated");
+              "azimuth of the table's y axis; the field of the --truth record is rotated by this "
+              "angle");
   options.add("--positioner", command.positioner, "FILE",
               "file of the measured cube: feet or face normals, fence, mounts");
   options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");
@@ -76,7 +77,7 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
       throw UsageError(formatted(
-          "--truth: '{}': must be SLOT=RECORD, because --truth is stated more than once", text));
+          "--truth: '{}': must be SLOT=RECORD, because --truth is given more than once", text));
     }
     Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
                 .path = has_slot ? text.substr(parting + 1) : text,
@@ -86,7 +87,7 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
     }
     for (const Truth& other : truths) {
       if (other.slot == truth.slot) {
-        throw UsageError(formatted("--truth: slot '{}' is stated twice", truth.slot));
+        throw UsageError(formatted("--truth: slot '{}' is given twice", truth.slot));
       }
     }
     truths.push_back(std::move(truth));

@@ -35,7 +35,9 @@ void StoreWriter::write(std::string_view lines) {
 
 void StoreWriter::finish() {
   if (program_.wait() != 0) {
-    throw OutputError("not all records are in the store; call again to store the others");
+    throw OutputError(
+        "not all records are in the store; run the command again to store the "
+        "others");
   }
 }
 

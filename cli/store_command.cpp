@@ -76,7 +76,9 @@ StoredCalibration refusal_of(const std::string& line, const std::string& place) 
             .digest = sha256_of_text(line),
             .record = line};
   } catch (const Json::exception& error) {
-    throw DataError(place, std::string("is not a refusal: ") + error.what());
+    throw DataError(place, std::string("is not a refused unit of calibrate "
+                                       "--stream: ") +
+                               error.what());
   }
 }
 
@@ -125,7 +127,7 @@ StoredCalibration stored_calibration(const std::string& text, const std::string&
   const auto pieces = json_pieces(
       text, std::array<std::string_view, 4>{"/format", "/station", "/batch", "/record"});
   if (!pieces) {
-    throw DataError(place, "is not a record: not an object of JSON");
+    throw DataError(place, "is not a calibration record: it must be a JSON object");
   }
   const auto& [format, station, batch, record] = *pieces;
   if (!record.empty()) {
@@ -225,7 +227,7 @@ void add_file(Adder& adder, const std::string& path) {
 
 int add(const StoreCommand& command) {
   if (command.files.empty()) {
-    throw UsageError("store add: state files of records, a folder of records, or - for stdin");
+    throw UsageError("store add: name files of records, a folder of records, or - for stdin");
   }
   Adder adder(command);
   const auto told = [&] {
@@ -468,7 +470,10 @@ int verify(const StoreCommand& command) {
   } else {
     std::string text = formatted("{} calibrations, {} defects\n", all, defects.size());
     for (const StoreDefect& one : defects) {
-      text += formatted("{} of {}: {}\n", printable_text(one.serial), one.date, one.defect);
+      text += formatted(
+          "{}, calibrated {}: "
+          "{}\n",
+          printable_text(one.serial), one.date, one.defect);
     }
     write_whole_file(command.output, text);
   }
@@ -479,8 +484,12 @@ int migrate(const StoreCommand& command) {
   Store store(command.store, Store::Access::migrate);
   const int before = store.version();
   store.migrate();
-  print_line(before == store.version() ? formatted("the schema is {} already", before)
-                                       : formatted("schema {} became {}", before, store.version()));
+  print_line(before == store.version() ? formatted("the store already has version {} of the "
+                                                   "schema",
+                                                   before)
+                                       : formatted("the schema was updated from version {} to "
+                                                   "{}",
+                                                   before, store.version()));
   return 0;
 }
 

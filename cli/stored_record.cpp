@@ -25,12 +25,12 @@ void add_stored_record_options(OptionSet& options, StoredRecordOptions& record) 
 std::unique_ptr<TemporaryFile> stored_record(const StoredRecordOptions& record) {
   if (!record.store) {
     if (record.serial || record.at || record.slot) {
-      throw UsageError("--serial, --at, --slot: go with --store");
+      throw UsageError("--serial, --at, --slot: require --store");
     }
     return nullptr;
   }
   if (!record.serial) {
-    throw UsageError("--store: needs the unit, --serial NAME");
+    throw UsageError("--store: requires --serial NAME, to select the unit");
   }
   std::vector<std::string> arguments = {"show", "--serial", *record.serial};
   for (const auto& [name, value] : {std::pair("--at", record.at), {"--slot", record.slot}}) {

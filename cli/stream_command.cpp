@@ -77,8 +77,10 @@ UnitText unit_of_json(std::string_view line) {
       unit.csv += "\n";
     }
   } catch (const nlohmann::json::exception& error) {
-    unit.error =
-        formatted("the line is not {{\"serial\": .., \"readings\": [..]}}: {}", error.what());
+    unit.error = formatted(
+        "the line does not have the form {{\"serial\": .., \"readings\": [..]}}: "
+        "{}",
+        error.what());
   }
   return unit;
 }
@@ -555,7 +557,9 @@ int run_stream(const CalibrateCommand& given) {
   }
   if (made < finished.units) {
     throw RefusedError(
-        formatted("--resume: the output has {} units, but the input has {}", finished.units, made));
+        formatted("--resume: the output has {} units, but the input has only "
+                  "{}",
+                  finished.units, made));
   }
   print_line(
       formatted("yield: {} of {} units ({:.1f} %){}", good, total,

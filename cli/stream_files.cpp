@@ -219,7 +219,7 @@ void LineFile::write(std::string_view lines) {
   if (!write_all(descriptor_, lines)) {
     const std::string name = path_ == "-" ? "standard output" : path_;
     if (errno == EPIPE) {
-      throw ClosedPipe(name + ": closed by its reader");
+      throw ClosedPipe(name + ": was closed by the program that reads it");
     }
     throw OutputError(
         formatted("{}: cannot be written ({}); use --resume to continue after the complete lines",

@@ -132,7 +132,7 @@ Eigen::VectorXd noise_of(const StudyCommand& command,
     if (scatter.size() == m && (scatter.array() > 0.0).all()) {
       return scatter;
     }
-    throw UsageError("study: state the noise of a reading (--noise SD)");
+    throw UsageError("study: give the noise of a reading (--noise SD)");
   }
   if (command.noise->find(',') == std::string::npos) {
     return Eigen::VectorXd::Constant(m, parse_nonnegative("--noise", *command.noise));
@@ -204,7 +204,7 @@ StudySetup setup_of(const StudyCommand& command) {
   }
   if (setup.truth.temperature && setup.temperatures.empty()) {
     throw UsageError(
-        "study: the record of --truth has temperature coefficients; state the temperatures of the "
+        "study: the record of --truth has temperature coefficients; give the temperatures of the "
         "soaks (--temperatures T,T,..)");
   }
   return setup;

@@ -128,12 +128,13 @@ void rename_temperatures(const std::string& text,
         return item.find('=') == std::string::npos;
       })) {
     throw UsageError(formatted(
-        "--temperature-column: '{}': all or none of the parts must be AXIS=COLUMN or SLOT=COLUMN",
+        "--temperature-column: '{}': either all parts or none must have the form AXIS=COLUMN or "
+        "SLOT=COLUMN",
         text));
   }
   if (items.size() > 1 && !named && items.size() != axes.size()) {
     throw UsageError(
-        formatted("--temperature-column: '{}' has {} columns for {} axes; state one column for all "
+        formatted("--temperature-column: '{}' has {} columns for {} axes; give one column for all "
                   "axes, or one for each axis",
                   text, items.size(), axes.size()));
   }

@@ -45,7 +45,9 @@ int main() {
     // Parameters are named after the column of the axis in the log, for example "ax.bias".
     const std::vector<std::string>& axes = record.sensor.instrument.axes;
     std::printf(
-        "%s by %s: bias %.1f %.1f %.1f, sensitivity of x %.1f\n", record.provenance.slot.c_str(),
+        "%s (method %s): bias %.1f %.1f %.1f, sensitivity of x "
+        "%.1f\n",
+        record.provenance.slot.c_str(),
         std::string(axiscal::method_name(record.fit.method)).c_str(),
         record.parameter(axes[0] + ".bias").value, record.parameter(axes[1] + ".bias").value,
         record.parameter(axes[2] + ".bias").value,

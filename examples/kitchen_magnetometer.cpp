@@ -32,7 +32,7 @@ int main() {
   experiment.field = earth;
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
 
-  std::printf("method %s, field %.2f +- %.2f uT by %s\n",
+  std::printf("method %s, field %.2f +- %.2f uT (model %s)\n",
               std::string(axiscal::method_name(result.fit.method)).c_str(),
               result.sensor.field.magnitude, result.sensor.field.magnitude_u,
               result.sensor.field.model.c_str());

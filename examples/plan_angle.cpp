@@ -24,9 +24,12 @@ int main() {
     if (const std::optional<double> replicates = axiscal::replicates_for_angle(setup, wanted_rad)) {
       setup.replicates = static_cast<int>(*replicates);
       const axiscal::Forecast forecast = axiscal::forecast(setup);
-      std::printf("%d replicates, %.4f degrees in any attitude\n", setup.replicates,
-                  axiscal::largest_angle_uncertainty(forecast, forecast.covariance()) *
-                      axiscal::deg_per_rad);
+      std::printf(
+          "%d replicates: the uncertainty of the angle is at most %.4f degrees in any "
+          "attitude\n",
+          setup.replicates,
+          axiscal::largest_angle_uncertainty(forecast, forecast.covariance()) *
+              axiscal::deg_per_rad);
     } else {
       std::printf("no number of replicates reaches the wanted angle\n");
     }

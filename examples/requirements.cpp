@@ -87,7 +87,7 @@ int main() {
   const axiscal::Calibration calibration = axiscal::calibrate(experiment, observations);
   const double expanded = largest_expanded_deg(calibration);
   std::printf(
-      "largest U (95 %%) of pitch, and of roll at pitch 0: %.4f degrees, at most 0.005: %s\n",
+      "largest U (95 %%) of pitch, and of roll at pitch 0: %.4f degrees (limit 0.005): %s\n",
       expanded, expanded <= 0.005 ? "met" : "not met");
 
   axiscal::ToleranceStudy study;

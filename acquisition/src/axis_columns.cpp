@@ -32,7 +32,8 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
     there.push_back(channel.name);
   }
   throw DomainError(formatted("the sources do not have a channel '{}'; their channels are: {}. "
-                              "Rename the channels by names= of the source, or rename the axes",
+                              "Rename the channels with names= in the address of the source, or "
+                              "rename the axes",
                               name, joined(there)),
                     {settings::axes});
 }
@@ -74,8 +75,8 @@ std::vector<std::size_t> find_temperatures(const Instrument& instrument,
   if (names.size() > 1) {
     if (names.size() != instrument.axes.size()) {
       throw DomainError(
-          formatted("{} temperature channels are stated for {} axes: state one for all axes, or "
-                    "one for each axis",
+          formatted("{} temperature channels are given for {} axes: give one for all axes, or one "
+                    "for each axis",
                     names.size(), instrument.axes.size()));
     }
     std::vector<std::size_t> own;

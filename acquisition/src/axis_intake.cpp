@@ -24,7 +24,8 @@ void AxisIntake::set_channels(const std::vector<Channel>& channels) {
     const std::string& unit = channels[columns_[k].plus].unit;
     if (!unit.empty() && unit != instrument_.unit && instrument_.unit != "1") {
       unit_text_ = formatted(
-          "axis '{}' has the unit {} in the source, but {} in the experiment: correct either unit",
+          "axis '{}' has the unit {} in the source, but {} in the experiment: correct the wrong "
+          "unit",
           instrument_.axes[k], unit, instrument_.unit);
     }
   }

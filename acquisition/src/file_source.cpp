@@ -28,7 +28,7 @@ class FileSource final : public Source {
     }
     clock_.set_channels(channels_);
     if (!clock_.keeps_time()) {
-      address.fail("the recording lacks a column of times: state rate=HZ or time=COLUMN");
+      address.fail("the recording lacks a column of times: give rate=HZ or time=COLUMN");
     }
   }
 

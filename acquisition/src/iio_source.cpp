@@ -149,9 +149,8 @@ class IioSource final : public Source {
     buffer_.reset(iio_device_create_buffer(device, samples_, false));
     if (!buffer_) {
       return formatted(
-          "{}: the buffer cannot be created ({}); state poll=HZ for a device without "
-          "a trigger",
-          name_, error_text(errno));
+          "{}: the buffer cannot be created ({}); if the device has no trigger, set poll=HZ", name_,
+          error_text(errno));
     }
     return "";
   }

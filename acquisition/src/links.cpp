@@ -131,7 +131,8 @@ class SerialLink final : public ReopenedLink {
         port_(context_) {
     if (path_.empty()) {
       address.fail(
-          "state a port, for example serial:/dev/ttyUSB0; a list shows the connected devices",
+          "name a port, for example serial:/dev/ttyUSB0; the list of sources shows the connected "
+          "devices",
           {settings::ports});
     }
     if (parity_ != "none" && parity_ != "even" && parity_ != "odd") {

@@ -89,7 +89,7 @@ const std::vector<Scheme>& schemes() {
        open_stream<open_udp>},
       {{.scheme = "stdin",
         .address = "-",
-        .help = "standard input; to state options, write stdin:?OPTION=VALUE",
+        .help = "standard input; to set options, write stdin:?OPTION=VALUE",
         .options = with_stream_options({})},
        open_stream<open_stdin>},
       {{.scheme = "file",
@@ -111,13 +111,14 @@ const std::vector<Scheme>& schemes() {
        open_scpi_source},
       {{.scheme = "mqtt",
         .address = "mqtt://HOST:1883/TOPIC?format=json",
-        .help = "messages of a broker; options user, password-file (or AXISCAL_MQTT_PASSWORD), qos",
+        .help = "messages from a broker; options user, password-file (or AXISCAL_MQTT_PASSWORD), "
+                "qos",
         .options = with_stream_options({"user", "password-file", "qos"}),
         .available = has_mqtt()},
        open_stream<open_mqtt>},
       {{.scheme = "mqtts",
         .address = "mqtts://HOST:8883/TOPIC?format=json",
-        .help = "messages of a broker, encrypted; ca=FILE replaces the system's certificates",
+        .help = "messages from a broker, encrypted; ca=FILE replaces the system's certificates",
         .options = with_stream_options({"user", "password-file", "qos", "ca"}),
         .available = has_mqtt()},
        open_stream<open_mqtt>},
@@ -137,7 +138,7 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   for (const auto& [name, value] : address.options) {
     if (name == "password") {
       throw DomainError(
-          "the address must not contain a password, because the journal stores it: state "
+          "the address must not contain a password, because the journal stores the address: give "
           "password-file=FILE, or set AXISCAL_MQTT_PASSWORD");
     }
     if (std::find(known.begin(), known.end(), name) == known.end()) {

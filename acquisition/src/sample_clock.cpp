@@ -34,7 +34,7 @@ double session_seconds() {
 SampleClock::SampleClock(const SourceAddress& address)
     : address_(address), rate_hz_(address.number_or("rate", 0.0, 1e-3, 1e7)) {
   if (address.find("rate") && address.find("time")) {
-    address.fail("state rate= or time=, but not both");
+    address.fail("give rate= or time=, but not both");
   }
 }
 
@@ -63,7 +63,8 @@ void SampleClock::check_unit(const std::string& path,
   if (unit.seconds != column_->seconds) {
     throw DataError(path,
                     formatted("the sample rate shows that the times of column '{}' are not in "
-                              "seconds; state their unit: names=t_us,... (t_ms, t_ns), or rate=HZ",
+                              "seconds; give their unit with names=t_us,... (or t_ms, t_ns), or "
+                              "give rate=HZ",
                               column_->name));
   }
 }

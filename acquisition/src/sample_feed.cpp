@@ -169,8 +169,7 @@ class SampleFeed::Impl {
         if (std::any_of(all.begin(), all.end(),
                         [&](const Channel& one) { return one.name == own[c].name; })) {
           throw DomainError(
-              formatted("two sources have a channel '{}': rename one of the channels by "
-                        "names=",
+              formatted("two sources have a channel '{}': rename one of the channels with names=",
                         own[c].name));
         }
         all.push_back(own[c]);

@@ -104,8 +104,8 @@ class ScpiSource final : public Source {
     take_replies(batch, report);
     if (step_ != Step::connect && session_seconds() - asked_s_ > longest_answer_s) {
       report.message = formatted(
-          "{}: the instrument has not answered {} for {} s; the set-up "
-          "commands are sent again",
+          "{}: the instrument has not answered the command {} for {} s; the set-up commands are "
+          "sent again",
           name_, asked_, number_text(longest_answer_s));
       begin();
     }

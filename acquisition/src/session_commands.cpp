@@ -86,7 +86,7 @@ void Session::Engine::command(const SessionCommand& command) {
     case SessionAction::toggle_automatic:
       view_.automatic = !view_.automatic;
       news_.tell("automatic", view_.automatic ? "readings are taken automatically"
-                                              : "readings are taken on command");
+                                              : "readings are taken only on command");
       break;
     case SessionAction::quit:
       quit_ = true;

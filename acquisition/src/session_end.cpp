@@ -90,9 +90,10 @@ SessionReview review_session(const std::vector<Calibration>& calibrations,
   for (const CapturedReading& reading : readings) {
     if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
       runs.insert(reading.run);
-      review.lines.push_back(formatted("the scatter of {} is {} times the median of all readings",
-                                       run_text(reading.run),
-                                       number_text(reading.sd.norm() / usual, 2)));
+      review.lines.push_back(
+          formatted("the scatter of {} is {} times the median scatter of all "
+                    "readings",
+                    run_text(reading.run), number_text(reading.sd.norm() / usual, 2)));
     }
   }
   review.again.assign(runs.begin(), runs.end());

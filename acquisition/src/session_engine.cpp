@@ -48,8 +48,8 @@ void Session::Engine::set_channels(const std::vector<Channel>& channels,
     static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));
     if (!is_utc(time_at_zero_.value_or(0.0))) {
       throw DomainError(setup_.experiment.field.moving_part()->of->moving_name() +
-                        " needs times in UTC, but the recording has its own clock: state "
-                        "time=COLUMN with seconds since 1970");
+                        " needs times in UTC, but the recording has its own clock: give "
+                        "time=COLUMN, with seconds since 1970");
     }
   }
   next_point();
@@ -92,7 +92,7 @@ void Session::Engine::add(double time_s, std::span<const double> values) {
   news_.set_alarm("saturated", axes_.saturated_text());
   news_.set_alarm("not_a_number", axes_.missing_text());
   if (!is_good) {
-    interrupt("a sample with a missing value");
+    interrupt("a value of a sample is missing");
     return;
   }
   const double period = stillness_.rate_hz() > 0.0 ? 1.0 / stillness_.rate_hz() : 0.0;

@@ -148,8 +148,8 @@ void Session::Engine::dwell() {
   if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
     ++drift_restarts_;
     news_.tell("drift", drift_restarts_ < most_drift_restarts
-                            ? "the reading drifts: it starts again"
-                            : "the reading drifts again: the next reading is taken in spite of a "
+                            ? "the value drifts: the reading starts again"
+                            : "the value drifts again: the next reading is taken in spite of a "
                               "drift");
     begin_dwell();
     return;

@@ -68,8 +68,10 @@ class TerminalFace final : public SessionFace {
     std::setlocale(LC_CTYPE, "");
     screen_ = ::newterm(nullptr, stdout, stdin);
     if (screen_ == nullptr) {
-      throw DomainError("this terminal (TERM) does not support a full screen; use plain lines",
-                        {settings::plain_face});
+      throw DomainError(
+          "this terminal (TERM) does not support a full screen; use plain lines of "
+          "text",
+          {settings::plain_face});
     }
     ::set_term(screen_);
     ::raw();
@@ -492,7 +494,7 @@ std::unique_ptr<SessionFace> make_terminal_face(const std::string& title) {
 #else
 
 std::unique_ptr<SessionFace> make_terminal_face(const std::string& /*title*/) {
-  throw DomainError("this build lacks ncurses; use plain lines", {settings::plain_face});
+  throw DomainError("this build lacks ncurses; use plain lines of text", {settings::plain_face});
 }
 
 #endif

@@ -10,7 +10,7 @@ constexpr std::string_view version_text = AXISCAL_VERSION_TEXT;
 static_assert(version_text.size() == 5 && version_text[0] == '0' + AXISCAL_VERSION_MAJOR &&
                   version_text[2] == '0' + AXISCAL_VERSION_MINOR &&
                   version_text[4] == '0' + AXISCAL_VERSION_PATCH,
-              "core/version.hpp and CMake's project() must state one version");
+              "core/version.hpp and CMake's project() must contain the same version");
 
 }  // namespace
 

@@ -98,7 +98,7 @@ Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& direction) {
 
 std::vector<Eigen::Vector3d> directions_on_sphere(int count) {
   if (count < 1) {
-    throw DomainError("directions_on_sphere: at least one direction");
+    throw DomainError("directions_on_sphere: at least one direction is needed");
   }
   const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
   std::vector<Eigen::Vector3d> directions;

@@ -32,8 +32,8 @@ double reading_factor_of(const Instrument& instrument,
   }
   const std::optional<double> factor = reading_factor_between(instrument.unit, wanted);
   if (!factor) {
-    throw RefusedError(formatted("the readings are in '{}', but this format requires {}; state how "
-                                 "many {} the driver outputs for 1 {}",
+    throw RefusedError(formatted("the readings are in '{}', but this format requires {}; give the "
+                                 "number of {} that the driver outputs for 1 {}",
                                  instrument.unit, wanted, wanted, instrument.unit),
                        {settings::reading_factor});
   }
@@ -49,7 +49,7 @@ double field_factor_of(FieldDescription field,
   }
   if (options.local_gravity && field.unit == "g") {
     if (field.local_gravity && *field.local_gravity != *options.local_gravity) {
-      throw RefusedError(formatted("the record already states that 1 g is {} m/s^2; do not state "
+      throw RefusedError(formatted("the record already states that 1 g is {} m/s^2; do not give "
                                    "another value",
                                    number_text(*field.local_gravity)),
                          {settings::local_gravity});
@@ -61,7 +61,7 @@ double field_factor_of(FieldDescription field,
   } catch (const DomainError& error) {
     const bool may_state_it = field.unit == "g";
     throw RefusedError(
-        std::string(error.what()) + (may_state_it ? "; or state the local gravity" : ""),
+        std::string(error.what()) + (may_state_it ? "; or give the local gravity" : ""),
         may_state_it ? std::vector{settings::local_gravity} : error.settings());
   }
 }
@@ -232,8 +232,7 @@ ConsumerModel nearest_model(const Calibration& calibration,
   if (!model.inverse.allFinite() || !(model.bias.cwiseAbs().maxCoeff() < largest) ||
       !(calibration.sensor.field.magnitude < largest)) {
     throw RefusedError(
-        "a coefficient is too large to be valid; check the record and the factor of its "
-        "readings",
+        "a coefficient is too large to be valid; check the record and the reading factor",
         {settings::reading_factor});
   }
   return model;
@@ -266,8 +265,10 @@ std::optional<ExportLoss> loss_of(const Calibration& calibration, const Consumer
     loss.what.emplace_back("temperature");
   }
   if (!calibration.sensor.also.empty() && !model.has_also) {
-    loss.what.emplace_back(formatted("response to {} (the stated errors do not include it)",
-                                     calibration.sensor.also.front().kind));
+    loss.what.emplace_back(
+        formatted("response to {} (not included in the errors that are given "
+                  "here)",
+                  calibration.sensor.also.front().kind));
   }
   if (loss.what.empty()) {
     return std::nullopt;
@@ -287,8 +288,9 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
   std::optional<ExportLoss> loss = loss_of(calibration, model);
   if (loss && !options.lossy) {
     throw RefusedError(
-        formatted("format {} cannot store {}; to write it nevertheless, allow the loss", format,
-                  loss_text(*loss)),
+        formatted("format {} cannot store {}; to write the file nevertheless, allow the "
+                  "loss",
+                  format, loss_text(*loss)),
         {settings::lossy});
   }
   return loss;
@@ -297,7 +299,8 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
 std::string loss_text(const ExportLoss& loss) {
   const auto rounded = [](double value) { return number_text(value, 3); };
   return formatted(
-      "{}: without these, the field is up to {} {} and {} degrees off (rms {} {}, {} degrees)",
+      "{}; without these, the errors of the field are up to {} {} and {} degrees (rms {} {}, {} "
+      "degrees)",
       joined(loss.what), rounded(loss.worst), loss.unit, rounded(loss.worst_deg), rounded(loss.rms),
       loss.unit, rounded(loss.rms_deg));
 }

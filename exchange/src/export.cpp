@@ -29,8 +29,8 @@ constexpr std::array known_exports = {
     KnownExport{
         ExportFormat{
             "ardupilot", "ArduPilot parameters (.param): INS_ACC*, INS_GYR*, COMPASS_*",
-            "accelerometer (v - INS_ACCOFFS) * INS_ACCSCAL; gyroscope v - INS_GYROFFS; compass "
-            "M (v + COMPASS_OFS), M of COMPASS_DIA and COMPASS_ODI"},
+            "accelerometer (v - INS_ACCOFFS) * INS_ACCSCAL; gyroscope v - INS_GYROFFS; compass M "
+            "(v + COMPASS_OFS), with M from COMPASS_DIA and COMPASS_ODI"},
         export_ardupilot},
     KnownExport{
         ExportFormat{"betaflight", "Betaflight's command line: acc_calibration, mag_calibration",
@@ -84,8 +84,8 @@ constexpr std::array known_exports = {
     KnownExport{
         ExportFormat{
             "px4", "PX4 parameters (.params): CAL_ACC*, CAL_GYRO*, CAL_MAG*",
-            "accelerometer (v - OFF) * SCALE; gyroscope v - OFF; magnetometer M (v - OFF), M "
-            "of SCALE and ODIAG"},
+            "accelerometer (v - OFF) * SCALE; gyroscope v - OFF; magnetometer M (v - OFF), with M "
+            "from SCALE and ODIAG"},
         export_px4},
     KnownExport{ExportFormat{"ros", "ROS imu_calib (YAML): SM, bias", "SM v - bias"}, export_ros},
     KnownExport{ExportFormat{"tofupilot", "TofuPilot run (JSON): unit under test, steps, limits",
@@ -98,7 +98,7 @@ constexpr std::array known_exports = {
                 export_x_io},
 #ifdef AXISCAL_XLSXWRITER
     KnownExport{ExportFormat{"xlsx",
-                             "a spreadsheet: coefficients, and live formulas that reduce readings "
+                             "a spreadsheet: coefficients, and live formulas that correct readings "
                              "and give angles",
                              "inverse ((v - bias(t)) / scale(t))", false},
                 export_xlsx},

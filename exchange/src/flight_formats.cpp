@@ -176,7 +176,7 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   }
   std::vector<std::string> lines =
       in_flight(sensor, formula,
-                "in the frame in which PX4 publishes the sensor, before the board's rotation");
+                "v is in the frame in which PX4 publishes the sensor, before the board's rotation");
   lines.push_back(formatted(
       "PX4 applies these values only if the parameter {}ID is the sensor's device number", prefix));
   lines.push_back(worked_example(calibration, model));
@@ -229,13 +229,13 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
   std::vector<std::string> lines;
   if (sensor == Sensor::accelerometer) {
     lines = in_flight(sensor, "field = (v - ACCOFFS) * ACCSCAL",
-                      "in the sensor's own frame, before the board's rotation");
+                      "v is in the sensor's own frame, before the board's rotation");
     add_axes(all, ins + "OFFS_", "", model.bias);
     add_axes(all, ins + "SCAL_", "", model.inverse.diagonal());
   } else if (sensor == Sensor::gyroscope) {
     lines = in_flight(sensor, "field = v - GYROFFS",
-                      "in the sensor's own frame, before the board's rotation; ArduPilot keeps "
-                      "these offsets if INS_GYR_CAL is 0, otherwise it measures them at each "
+                      "v is in the sensor's own frame, before the board's rotation; ArduPilot "
+                      "keeps these offsets if INS_GYR_CAL is 0, otherwise it measures them at each "
                       "start");
     add_axes(all, ins + "OFFS_", "", model.bias);
   } else {
@@ -243,8 +243,8 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
         in_flight(sensor,
                   "field = M (v + OFS) in milligauss, M = [DIA_X ODI_X ODI_Y; ODI_X DIA_Y ODI_Z; "
                   "ODI_Y ODI_Z DIA_Z]",
-                  "in the vehicle's frame: readings after the rotations by COMPASS_ORIENT and "
-                  "AHRS_ORIENTATION");
+                  "v is in the vehicle's frame: the readings after the rotations by COMPASS_ORIENT "
+                  "and AHRS_ORIENTATION");
     add_axes(all, formatted("COMPASS_OFS{}_", number), "", -model.bias);
     add_axes(all, formatted("COMPASS_DIA{}_", number), "", model.inverse.diagonal());
     add_axes(all, formatted("COMPASS_ODI{}_", number), "", above_diagonal(model.inverse));
@@ -287,13 +287,13 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
     if (one_g < 256.0) {
       throw RefusedError(
           formatted("Betaflight requires readings in counts (1 g is some thousands of counts), but "
-                    "in this record 1 g is {} {}; state how many counts are 1 {}",
+                    "in this record 1 g is {} {}; give the number of counts for 1 {}",
                     number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3),
                     calibration.sensor.instrument.unit, calibration.sensor.instrument.unit),
           {settings::reading_factor});
     }
     per_field = std::copysign(one_g, per_field) * in_g.field_factor;
-    lines.emplace_back("in counts, after the sensor's alignment to the board");
+    lines.emplace_back("v is in counts, after the sensor's alignment to the board");
     lines.push_back(
         formatted("field = (v - acc_calibration) / acc_1G; acc_1G of this sensor is {} (a constant "
                   "of its driver, not set by these lines)",
@@ -306,8 +306,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
     constexpr double fewest_counts = 70.0;
     if (!options.reading_factor && (is_reading_unit(unit) || size < fewest_counts)) {
       throw RefusedError(
-          formatted("Betaflight requires readings in counts, but the readings are in {}; state how "
-                    "many counts are 1 {}",
+          formatted("Betaflight requires readings in counts, but the readings are in {}; give the "
+                    "number of counts for 1 {}",
                     unit, unit),
           {settings::reading_factor});
     }

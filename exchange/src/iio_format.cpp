@@ -24,7 +24,7 @@ Exported export_iio(const Calibration& given, const ExportOptions& options) {
       {formatted("corrected = calibscale (v + calibbias), v = raw * scale in {}; the unit of "
                  "calibbias depends on the driver: check the unit in your driver",
                  unit),
-       "cd /sys/bus/iio/devices/iio:deviceN, and run these lines there",
+       "run these lines in the folder /sys/bus/iio/devices/iio:deviceN",
        worked_example(calibration, model)},
       loss);
   for (int k = 0; k < 3; ++k) {

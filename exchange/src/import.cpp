@@ -426,7 +426,7 @@ Calibration import_calibration(std::string_view text,
   calibration.sensor.field.magnitude =
       options.magnitude.value_or(calibration.sensor.field.magnitude);
   if (!(calibration.sensor.field.magnitude > 0.0)) {
-    throw DomainError(formatted("state the magnitude of the field in {}", imported.field_unit),
+    throw DomainError(formatted("give the magnitude of the field in {}", imported.field_unit),
                       {settings::imported_magnitude});
   }
   calibration.sensor.response.bias = imported.bias;

@@ -33,7 +33,8 @@ void CustomField::resolve(FieldResolver& of) const {
   } else {
     of.set_given_magnitude_or_1(
         formatted(
-            " in {}: its magnitude is unknown; state the magnitude, or the vector in the table",
+            " in {}: its magnitude is unknown; give the magnitude, or the vector in the table's "
+            "frame",
             of.found().unit),
         {settings::field_table});
   }

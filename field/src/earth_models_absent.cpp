@@ -12,15 +12,15 @@ std::shared_ptr<const GeomagneticModel::Coefficients> geomagnetic_coefficients(
     const std::string& /*model*/) {
   throw SetupError(
       "this build has no model of the Earth's magnetic field: build axiscal with GeographicLib, or "
-      "state the field's magnitude and direction",
+      "give the field's magnitude and direction",
       {settings::field_magnitude});
 }
 
 Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& /*model*/) {
   check_site(site);
   throw SetupError(
-      "this build has no model of gravity at a site: build axiscal with GeographicLib, or state "
-      "the field's magnitude",
+      "this build has no model of gravity at a site: build axiscal with GeographicLib, or give the "
+      "field's magnitude",
       {settings::field_magnitude});
 }
 

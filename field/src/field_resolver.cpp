@@ -25,7 +25,7 @@ FieldResolver::FieldResolver(const FieldSetup& part,
 FieldDescription FieldResolver::resolve() {
   check_given();
   if (!given_.of) {
-    throw SetupError("the field is not stated; known fields: " + list_of_field_kinds(),
+    throw SetupError("the field is missing; the known fields are: " + list_of_field_kinds(),
                      {settings::field});
   }
   prepare();
@@ -52,8 +52,8 @@ void FieldResolver::check_given() const {
   }
   if (given_.magnitude && given_.magnitude_unknown) {
     throw SetupError(
-        "the field's magnitude is stated as a number and also as unknown; state only "
-        "one of the two",
+        "the field's magnitude is given as a number and also as 'unknown'; give only one of the "
+        "two",
         {settings::field_magnitude});
   }
   if (!(given_.magnitude_u >= 0.0)) {
@@ -77,8 +77,10 @@ void FieldResolver::prepare() {
   }
   check_field_unit(found_.kind, found_.unit);
   if (kind.local && given_.role == FieldRole::induced) {
-    throw SetupError(formatted("field {}: its role must be local, because this field cannot be set",
-                               found_.kind));
+    throw SetupError(
+        formatted("field {}: its role must be 'local', because this field cannot be "
+                  "set",
+                  found_.kind));
   }
   found_.set_by_level = given_.is_induced();
 }

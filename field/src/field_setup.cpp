@@ -193,8 +193,8 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
   }
   if (setup.in_table && place.slope.norm() > 0.0) {
     throw SetupError(
-        "the slope and the field's vector both define the direction of the field in the table; "
-        "state only one",
+        "the slope and the field's vector both define the direction of the field in the table's "
+        "frame; give only one of the two",
         {settings::slope, settings::field_table});
   }
   const std::string told = unit_told_by_magnitude(setup, place, occasion);
@@ -211,8 +211,8 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
     convert(parts.back(), parts.front().unit);
   }
   if (parts.size() == 1 && parts.front().free_length) {
-    throw SetupError(formatted("field {}: its magnitude is unknown; state the magnitude, the "
-                               "vector in the table, or a coil",
+    throw SetupError(formatted("field {}: its magnitude is unknown; give the magnitude, the vector "
+                               "in the table's frame, or a coil",
                                parts.front().kind),
                      {settings::field_table, settings::field_magnitude});
   }
@@ -224,7 +224,7 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
   const auto turning = std::count_if(parts.begin(), parts.end(),
                                      [](const FieldDescription& part) { return part.turning; });
   if (turning > 1) {
-    throw SetupError("field: a table turns about one axis; state only one induced_rotation");
+    throw SetupError("field: a table turns about only one axis; give only one induced_rotation");
   }
   check_names(parts);
   return parts;
@@ -247,7 +247,7 @@ FieldDescription describe_field(const TablePlace& place,
 Eigen::Matrix3d rotation_of_moving(const TablePlace& place, const ReferenceField& field) {
   if (!place.fence_azimuth_rad) {
     throw SetupError(field.moving_name() +
-                         " moves between the readings; state the fence's azimuth (an accuracy of a "
+                         " moves between the readings; give the fence's azimuth (an accuracy of a "
                          "few degrees is sufficient)",
                      {settings::fence_azimuth});
   }

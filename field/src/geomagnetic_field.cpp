@@ -80,7 +80,7 @@ void GeomagneticField::state(FieldSetup& setup) const {
 
 void GeomagneticField::resolve(FieldResolver& of) const {
   if (!site_ && !of.site()) {
-    of.set_given_magnitude(": its magnitude is unknown; state the magnitude, or the site",
+    of.set_given_magnitude(": its magnitude is unknown; give the magnitude, or the site",
                            {settings::site});
     return;
   }

@@ -64,7 +64,7 @@ void GravityField::resolve(FieldResolver& of) const {
   } else if (found.unit != "g") {
     if (!site) {
       throw SetupError(
-          "field gravity in m/s^2: its magnitude is unknown; state the magnitude, or latitude and "
+          "field gravity in m/s^2: its magnitude is unknown; give the magnitude, or latitude and "
           "height of the site",
           {settings::field_magnitude, settings::site});
     }

@@ -50,7 +50,7 @@ void LightField::state(FieldSetup& setup) const {
 
 Eigen::Vector3d LightField::moving_in_table(const TablePlace& place, double time_s) const {
   if (!place.site) {
-    throw SetupError("to compute the sun's position, state the site: latitude and longitude",
+    throw SetupError("to compute the sun's position, give the site: latitude and longitude",
                      {settings::site});
   }
   return rotation_of_moving(place, *this) *
@@ -74,7 +74,7 @@ void LightField::resolve(FieldResolver& of) const {
 
 void LightField::resolve_sun(FieldResolver& of) const {
   if (!of.site()) {
-    throw SetupError("to compute the sun's position, state the site: latitude and longitude",
+    throw SetupError("to compute the sun's position, give the site: latitude and longitude",
                      {settings::site});
   }
   if (!of.is_time_of_day_known()) {

@@ -97,8 +97,7 @@ void RecordedField::resolve(FieldResolver& of) const {
       of.reading_time_s() ? value_in_enu_at(*of.reading_time_s()) : value_in_enu();
   if (of.given().magnitude) {
     throw SetupError(
-        "the recording of the field contains its magnitude; do not state another "
-        "magnitude",
+        "the recording of the field contains its magnitude; do not give another magnitude",
         {settings::field_magnitude});
   }
   of.set_magnitude(value.norm());

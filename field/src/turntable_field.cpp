@@ -29,13 +29,13 @@ void TurntableField::state(FieldSetup& setup) const {
 void TurntableField::resolve(FieldResolver& of) const {
   if (of.given().role == FieldRole::local) {
     throw SetupError(formatted(
-        "field {}: its role must be induced, because a turntable makes this field", kind()));
+        "field {}: its role must be 'induced', because the turntable produces this field", kind()));
   }
   FieldDescription& found = of.found();
   found.turning = true;
   of.set_given_magnitude(
-      ": the rate of the turntable is unknown; give it as the field's magnitude, or the rate of "
-      "each reading in columns rate and axis, or fx, fy, fz",
+      ": the rate of the turntable is unknown; give the rate as the field's magnitude, or give the "
+      "rate of each reading in the columns 'rate' and 'axis', or 'fx', 'fy', 'fz'",
       {});
   found.in_table = Eigen::Vector3d(0.0, 0.0, found.magnitude);
   found.start.sign_by = Eigen::Vector3d::UnitZ();

@@ -627,7 +627,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
       options.first
           ? ""
           : "; the fence face of the first rest is assumed as in the standard design, so the "
-            "direction of the table's slope is unknown (state the fence face of the first rest)";
+            "direction of the table's slope is unknown (give the fence face of the first rest)";
   if (!options.gyroscope.empty()) {
     RestTurns source(log, options, rests.rate_hz);
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
@@ -639,18 +639,18 @@ SeatLabels recognise_seats(const RecordedLog& log,
       TurnFitOptions turn_options = options.turns;
       turn_options.rotations_only = true;
       const TurnFit fit = fit_turns(turns, still, turn_options);
-      notes.push_back("fence faces recognised by the gyroscope" + open_start);
+      notes.push_back("the fence faces are recognised by the gyroscope" + open_start);
       return label_by_turns(faces, integrated_rotations(turns, fit), first_point(options, faces));
     }
     if (options.magnetometer.empty()) {
       throw RefusedError(formatted("the gyroscope lacks samples in {} of the turns, so it cannot "
-                                   "show the fence faces; state the run sheet",
+                                   "show the fence faces; give the run sheet",
                                    source.left_out),
                          {settings::run_sheet});
     }
   }
   if (!options.magnetometer.empty()) {
-    notes.push_back("fence faces recognised by the magnetometer" + open_start);
+    notes.push_back("the fence faces are recognised by the magnetometer" + open_start);
     return label_by_heading(faces, ups, centred(means_of(rests, options.magnetometer)),
                             first_point(options, faces));
   }

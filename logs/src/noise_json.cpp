@@ -123,7 +123,7 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
       last = point.tau_s;
     }
     if (one.curve.empty()) {
-      column.at("allan_deviation").fail("must have a point or more");
+      column.at("allan_deviation").fail("must have at least one point");
     }
     std::erase_if(one.others, [](const auto& other) {
       return std::all_of(other.second.begin(), other.second.end(),

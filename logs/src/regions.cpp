@@ -282,8 +282,8 @@ class RegionCalibrator {
       assume_level_table(make_field_description(experiment).magnitude, faces, observations);
       experiment.fit.method = experiment.fit.method.value_or(Method::known);
       result_.notes.emplace_back(
-          "the regions state only the face on the table: the table is assumed to be level, so its "
-          "actual slope changes the biases");
+          "the regions name only the face on the table: the table is assumed to be level, so the "
+          "actual slope of the table changes the biases");
     }
     result_.accelerometer = calibrate(experiment, observations);
     result_.accelerometer.provenance.slot = "accelerometer";

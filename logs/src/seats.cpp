@@ -252,9 +252,9 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
     SeatLabels labels = label_in_order(sheet);
     if (misfit >= largest_misfit) {
       labels.messages.push_back(formatted(
-          "the rests do not agree with the order of the sheet: the readings deviate by {} % of "
-          "their range from the readings in any constant field; was the order or the level of the "
-          "field different in some rests?",
+          "the rests do not agree with the order of the sheet: even for the best constant field, "
+          "the readings deviate by {} % of their range from the expected readings; was the order "
+          "or the level of the field different in some rests?",
           number_text(100.0 * misfit, 2)));
     }
     return labels;

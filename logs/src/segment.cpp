@@ -39,7 +39,7 @@ class Clock {
     }
     step_ = usual_step(times) * seconds_;
     if (!(step_ > 0.0)) {
-      throw DataError(path_, "the times never increase; state a rate instead of a time column",
+      throw DataError(path_, "the times never increase; give the rate instead of a time column",
                       {settings::rate, settings::time_column});
     }
     longest_step_ = std::max(5.0 * step_, 0.25 * window_s_);
@@ -190,7 +190,7 @@ void warn_of_defects(const LogFile& log,
        formatted("{} left out because of a wrong number of cells; the first is line {}",
                  counted(defects.ragged_rows, "row was", "rows were"), defects.first_ragged_line));
   warn(repair.missing,
-       formatted("{} a cell that is not a number; each of them ends a rest{}",
+       formatted("{} a cell that is not a number; each such sample ends a rest{}",
                  counted(repair.missing, "sample has", "samples have"),
                  defects.first_missing_line > 0
                      ? formatted("; the first is in line {}", defects.first_missing_line)
@@ -203,7 +203,7 @@ void warn_of_defects(const LogFile& log,
   if (result.rate_hz < 1.0) {
     result.warnings.push_back(
         formatted("the rate is {} Hz: are the times in milliseconds or microseconds? Then name the "
-                  "column t_ms or t_us, or state the rate",
+                  "column t_ms or t_us, or give the rate",
                   number_text(result.rate_hz, 3)));
   }
   if (clock.repeated > 0) {
@@ -271,7 +271,7 @@ SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segm
     throw DataError(
         log.path(),
         formatted("contains no column of times; its columns are {}; name the column of times, or "
-                  "state the rate",
+                  "give the rate",
                   joined(log.columns())),
         {settings::time_column, settings::rate});
   }

@@ -176,8 +176,8 @@ Calibration calibrate(const Experiment& experiment,
   const auto axes = static_cast<Eigen::Index>(experiment.instrument.axes.size());
   if (readings.cols() != axes) {
     throw DomainError(
-        formatted("readings: {} columns for an instrument of {} axes; name them by "
-                  "axes=",
+        formatted("readings: {} columns for an instrument with {} axes; give the names of the axes "
+                  "with axes=",
                   readings.cols(), axes));
   }
   return calibrate_run(experiment, make_run(columns, readings)).front();

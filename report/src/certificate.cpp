@@ -119,7 +119,7 @@ std::string method_text(const Calibration& calibration) {
   std::string text;
   if (method_kind(calibration.fit.method).by_magnitude) {
     text =
-        "The instrument was read in many orientations to a field of known magnitude. Bias and "
+        "The instrument was read in many orientations in a field of known magnitude. Bias and "
         "sensitivity are the values for which the calibrated readings have that magnitude. The "
         "results are in the instrument's own frame.";
   } else if (method_kind(calibration.fit.method).by_turns) {
@@ -128,7 +128,7 @@ std::string method_text(const Calibration& calibration) {
         "integrated rates of each turn agree with the attitudes before and after it.";
   } else {
     text = formatted(
-        "The instrument was read in known orientations to the reference field. Bias and "
+        "The instrument was read in known orientations relative to the reference field. Bias and "
         "sensitivities to the field's components result from a linear regression: {}. The "
         "sensitivities are in the frame of the positioner.",
         method_kind(calibration.fit.method).words);
@@ -445,7 +445,7 @@ std::string certificate_pdf(const Calibration& calibration,
              [&](PdfPages& pages) { write_certificate(calibration, details, pages); });
   return archived_pdf(pdf, header, dcc_of(calibration, details));
 #else
-  throw DomainError("this build does not support PDF (cairo and pango)");
+  throw DomainError("this build does not support PDF: it was built without cairo and pango");
 #endif
 }
 

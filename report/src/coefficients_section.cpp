@@ -92,7 +92,7 @@ std::string polar_table(const Calibration& calibration) {
   }
   return html_table(
       "Polar form: magnitude of the sensitivity and direction of the axis; the azimuth is defined "
-      "as in the known-art formulas, for axes forward, right and down",
+      "as by Tripp and Tcheng, for axes forward, right and down",
       {"axis", "magnitude", "angle to nominal axis [deg]", "azimuth [deg]"}, rows);
 }
 

@@ -143,10 +143,10 @@ std::string capability_section(const Fleet& fleet, const std::vector<Capability>
       "of the calibrations.");
   if (has_prior) {
     html += paragraph(
-        "2 u with the batch: a unit of a known batch is likely to be near the others, so the batch "
-        "narrows the part of its uncertainty that comes from reading noise. The part that all "
-        "units "
-        "share stays. This holds for units that belong to the batch; records do not contain it.");
+        "2 u with the batch: a unit of a known batch is likely to be close to the other units, so "
+        "knowledge of the batch reduces the part of the uncertainty that comes from reading noise. "
+        "The part that all units share remains. This applies only to units that belong to the "
+        "batch; the records do not contain this value.");
   }
   return html;
 }
@@ -254,7 +254,10 @@ std::string groups_section(const Fleet& fleet,
       "", {what, "units", "passed (95 % interval)", "largest deviation of", "in standard errors"},
       rows);
   if (all > most_groups) {
-    html += paragraph(formatted("The {} of {} with the largest deviations.", most_groups, all));
+    html +=
+        paragraph(formatted("Only the {} of {} with the largest deviations are "
+                            "shown.",
+                            most_groups, all));
   }
   return html;
 }
@@ -314,7 +317,7 @@ std::string outliers_section(const Fleet& fleet, const FleetUnits& units) {
              rows) +
          paragraph(
              "The distribution is that of the batch itself: median and median absolute deviation. "
-             "A good fleet shows an outlier in one of a hundred pages.");
+             "If all units are good, about one page in a hundred shows an outlier.");
 }
 
 void check(const Fleet& fleet) {

@@ -19,7 +19,7 @@ namespace {
 std::string what_it_is_fit_for(const Calibration& calibration) {
   if (calibration.sensor.instrument.axis_count() < 3) {
     return "The instrument has fewer than three axes. A reading gives the field along each axis. "
-           "The command apply states its uncertainty.";
+           "The command 'apply' computes the uncertainty of this field.";
   }
   const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   if (!std::isfinite(worst.expanded_deg)) {

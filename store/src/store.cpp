@@ -32,12 +32,12 @@ std::string uncompressed(const std::string& bytes) {
   const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   constexpr unsigned long long most = 1ULL << 30U;
   if (size > most) {
-    throw DomainError("it is not compressed by zstd");
+    throw DomainError("the record is not compressed with zstd");
   }
   std::string text(size, '\0');
   const std::size_t count = ZSTD_decompress(text.data(), text.size(), bytes.data(), bytes.size());
   if (ZSTD_isError(count) != 0 || count != size) {
-    throw DomainError("its compressed record is damaged");
+    throw DomainError("the compressed record is damaged");
   }
   return text;
 }
@@ -143,13 +143,15 @@ Store::Store(const std::string& address, Access access)
                                        : open_sqlite(address, access != Access::read)),
       version_(schema_of(*database_, address_)) {
   if (version_ > newest_schema()) {
-    throw DataError(address_, formatted("has the schema {}, which is newer than this program's {}; "
-                                        "install a newer axiscal",
+    throw DataError(address_, formatted("has version {} of the schema, but this program supports "
+                                        "only versions up to {}; install a newer axiscal",
                                         version_, newest_schema()));
   }
   if (version_ > 0 && version_ < newest_schema() && access != Access::migrate) {
-    throw RefusedError(formatted("{} has the schema {}; run axiscal store migrate --store {}",
-                                 address_, version_, address_));
+    throw RefusedError(
+        formatted("{} has the old version {} of the schema; run axiscal store "
+                  "migrate --store {}",
+                  address_, version_, address_));
   }
   if (version_ == 0) {
     migrate();
@@ -280,7 +282,8 @@ StoredCalibration Store::held(const StoreFilter& unit, const std::optional<std::
     return at && one.date() > until;
   });
   if (later == all.begin()) {
-    throw DataError(address_, formatted("unit '{}' had no calibration at {}; the first is of {}",
+    throw DataError(address_, formatted("unit '{}' had no calibration at {}; the date of its first "
+                                        "calibration is {}",
                                         serial, *at, all.front().date()));
   }
   const StoredCalibration& wanted = *std::prev(later);
@@ -338,7 +341,7 @@ std::vector<StoreDefect> Store::verify(
         "ORDER BY "
         "place",
         key, [&](const SqlRow& row) { one.coefficients.push_back(coefficient_of(row, 0)); });
-    std::string defect = json ? "" : "its record is missing";
+    std::string defect = json ? "" : "the record is missing";
     if (json) {
       try {
         one.record = uncompressed(*json);

@@ -43,7 +43,7 @@ TEST_F(ExchangeCommands, WhatDoesNotFitIsRefusedOrSaid) {
   const ProgramResult lossy =
       run_axiscal({"export", record(), "--format", "px4", "--lossy", "-o", output});
   EXPECT_EQ(lossy.status, 0);
-  EXPECT_THAT(lossy.err, HasSubstr("cross-axis terms: without these"));
+  EXPECT_THAT(lossy.err, HasSubstr("cross-axis terms; without these"));
   EXPECT_THAT(read_file(output), HasSubstr("CAL_ACC0_XOFF\t0.1\t9"));
 }
 

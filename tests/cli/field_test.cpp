@@ -348,7 +348,7 @@ TEST(CalibrateCommand, NamesTheOptionsThatWouldMendAnError) {
                                             "--field", "gravity", "--field-unit", "m/s^2"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.err,
-              HasSubstr("its magnitude is unknown; state the magnitude, or latitude and height of "
+              HasSubstr("its magnitude is unknown; give the magnitude, or latitude and height of "
                         "the site (--field-magnitude, --latitude, --longitude)"));
 }
 
@@ -410,7 +410,7 @@ TEST(CalibrateCommand, TakesAPartsRoleAndAValueForEachPart) {
 
   EXPECT_THAT(calibrate("light:here+light", "0.5+1").err, HasSubstr("must be local or induced"));
   EXPECT_THAT(calibrate("light:local+light", "0.5+1+2").err, HasSubstr("has 3 values"));
-  EXPECT_THAT(calibrate("gravity:induced+light", "1+1").err, HasSubstr("its role must be local"));
+  EXPECT_THAT(calibrate("gravity:induced+light", "1+1").err, HasSubstr("its role must be 'local'"));
   EXPECT_EQ(calibrate("light:here+light", "0.5+1").status, 2);
 }
 

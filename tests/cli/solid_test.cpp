@@ -296,7 +296,7 @@ TEST(CalibrateCommand, TakesTheMountsOfAPositioner) {
   EXPECT_LT(worst_error(record), 1e-12);
   const ProgramResult unstated =
       run_axiscal(with({"calibrate", run, "--positioner", cube}, accelerometer));
-  EXPECT_THAT(unstated.err, HasSubstr("because no slot is stated"));
+  EXPECT_THAT(unstated.err, HasSubstr("because no slot is named"));
   EXPECT_EQ(
       run_axiscal(with({"calibrate", run, "--positioner", cube, "--slot", "X"}, accelerometer))
           .status,
@@ -349,7 +349,7 @@ TEST(CharacterizeCommand, MeasuresACube) {
   const ProgramResult result = run_axiscal(with(call, {"-o", out}));
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("the instruments"));
-  EXPECT_THAT(result.out, HasSubstr("on feet or a leaning fence"));
+  EXPECT_THAT(result.out, HasSubstr("if the cube has feet or the fence leans"));
   const json file = read_json(out);
   EXPECT_EQ(file["id"], "cube-07");
   EXPECT_EQ(file["normal_covariance"].size(), 18U);

@@ -215,8 +215,8 @@ TEST_F(StoreTest, SchemasOfOtherVersions) {
   const ProgramResult older = store({"list"});
   EXPECT_EQ(older.status, 1);
   EXPECT_THAT(older.err, HasSubstr("run axiscal store migrate"));
-  EXPECT_THAT(store({"migrate"}).err, HasSubstr("schema 1 became 2"));
-  EXPECT_THAT(store({"migrate"}).err, HasSubstr("the schema is 2 already"));
+  EXPECT_THAT(store({"migrate"}).err, HasSubstr("the schema was updated from version 1 to 2"));
+  EXPECT_THAT(store({"migrate"}).err, HasSubstr("the store already has version 2 of the schema"));
   EXPECT_EQ(count(), 1U);
   change(store_, "UPDATE axiscal_store SET version = 99");
   const ProgramResult newer = store({"list"});

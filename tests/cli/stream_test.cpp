@@ -131,7 +131,7 @@ TEST_F(StreamTest, JsonLinesAreUnits) {
   const ProgramResult result = run({"-o", "-"});
   EXPECT_EQ(result.status, 1);
   EXPECT_THAT(result.out, HasSubstr("\"serial\":\"a\""));
-  EXPECT_THAT(result.out, HasSubstr("the line is not {"));
+  EXPECT_THAT(result.out, HasSubstr("the line does not have the form {"));
 }
 
 TEST_F(StreamTest, MistakesAreNamed) {

@@ -218,7 +218,7 @@ TEST_F(WrongInSilence, AFileNamedAfterAnotherFaceIsRefused) {
   }
   const ProgramResult result = calibrate(files, {"--axes", "ax,ay,az", "-o", cal_});
   EXPECT_EQ(result.status, 1);
-  EXPECT_THAT(result.err, HasSubstr("the file name states the face"));
+  EXPECT_THAT(result.err, HasSubstr("the file name says that face"));
 }
 
 // A log of rests, with quick turns between them.

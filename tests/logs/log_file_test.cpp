@@ -85,7 +85,7 @@ TEST_F(LogFiles, WithoutAHeaderTakeNamesOrNumbers) {
   EXPECT_THAT(test::complaint_of<DataError>([&] {
                 read("1 2 3\n", {.names = {"a", "b"}});
               }),
-              HasSubstr("2 column names are stated, but the file has 3 columns"));
+              HasSubstr("2 column names are given, but the file has 3 columns"));
 }
 
 TEST_F(LogFiles, RenameScaleAndTurnColumnsRound) {

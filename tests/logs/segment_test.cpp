@@ -168,7 +168,7 @@ TEST(Segment, TakesARateOrAColumnOfTimesInAnyUnit) {
   EXPECT_THAT(segmented(log, options).columns, ElementsAre("ax", "ay", "az"));
   log.columns[0] = "stamp";
   EXPECT_THAT(test::complaint_of<DataError>([&] { segmented(log); }),
-              HasSubstr("; name the column of times, or state the rate"));
+              HasSubstr("; name the column of times, or give the rate"));
   std::fill(log.samples[0].begin(), log.samples[0].end(), 3.0);
   options = by_accelerometer();
   options.time = "stamp";

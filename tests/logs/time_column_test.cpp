@@ -48,7 +48,7 @@ TEST(TimeUnit, OfInertialLogsIsSeenFromTheRate) {
     const TimeUnit unit = settled("time", times(one.rate_hz, one.seconds, one.start_s));
     EXPECT_EQ(unit.seconds, one.seconds) << one.rate_hz;
     EXPECT_THAT(unit.remark, HasSubstr("the times are assumed")) << one.rate_hz;
-    EXPECT_THAT(unit.remark, HasSubstr("or state the rate"));
+    EXPECT_THAT(unit.remark, HasSubstr("or give the rate"));
   }
   for (const double rate_hz : {0.6, 1.0, 50.0, 1e4, 9e5}) {
     EXPECT_EQ(settled("time", times(rate_hz, 1.0, 5.0)).seconds, 1.0);

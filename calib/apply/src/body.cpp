@@ -47,7 +47,8 @@ class Directions {
         !sensor.also.empty() || !gives_field(calibration)) {
       throw DomainError(
           "the attitude of a model requires an instrument with at least three axes that was "
-          "calibrated against gravity, without a second field (also); this instrument is of kind " +
+          "calibrated against gravity, without a second field ('also'); this instrument is of "
+          "kind " +
           sensor.instrument.kind);
     }
     if (!calibration.fit.statistics || calibration.fit.statistics->covariance.size() == 0) {
@@ -124,10 +125,8 @@ std::vector<Direction> directions_of(const Calibration& calibration,
     } else if (reading.flat) {
       flats[*reading.flat].push_back(directions.of(reading, -nominal_normal(*reading.flat)));
     } else {
-      throw DomainError(
-          formatted("row {}: state an attitude, or the face that lies on the table "
-                    "(flat)",
-                    reading.row));
+      throw DomainError(formatted(
+          "row {}: give an attitude, or the face that lies on the table ('flat')", reading.row));
     }
   }
   for (const auto& [face, headings] : flats) {
@@ -232,7 +231,7 @@ BodyRotation find_body_rotation(const Calibration& calibration,
     if (dof < fewest) {
       throw RefusedError(
           formatted("{} references are too few to determine their scatter: take three or more, or "
-                    "state their standard uncertainty (direction_u)",
+                    "give their standard uncertainty (direction_u)",
                     all.size()));
     }
     body.covariance_of_references = body.residual_sd_rad * body.residual_sd_rad * inverse;
@@ -257,7 +256,7 @@ BodyRotation find_body_rotation(const Calibration& calibration,
     if (dof > 0.0 && f_upper_p(std::max(chi_squared / dof, 1e-12), dof, nu) < by_chance) {
       throw RefusedError(formatted(
           "the references disagree by more than their stated standard uncertainty (direction_u): "
-          "the deviation of {} is {} degrees; check the attitude that is stated there, or state a "
+          "the deviation of {} is {} degrees; check the attitude that is stated there, or give a "
           "larger uncertainty",
           rows_text(all[worst].rows), number_text(residual_of(all[worst], R) * deg_per_rad, 2)));
     }
@@ -280,9 +279,9 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
   for (const ReferenceReading& reading : tare) {
     if (reading.flat) {
       throw RefusedError(formatted(
-          "row {}: a tare requires a stated attitude (pitch_deg, roll_deg), not a face on the "
-          "table (flat), because one heading does not determine the table's slope; or use method "
-          "attitude, with references in several headings",
+          "row {}: a tare requires an attitude (pitch_deg, roll_deg), not a face on the table "
+          "('flat'), because one heading does not determine the table's slope; give the attitude, "
+          "or use method attitude with references in several headings",
           reading.row));
     }
     const StatedAttitude attitude = reading.attitude.value_or(StatedAttitude{});
@@ -292,7 +291,7 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
     if ((all.back().in_model - all.front().in_model).norm() > same_rad) {
       throw RefusedError(
           formatted("row {}: all readings of a tare must be in one attitude, but the earlier rows "
-                    "state another attitude; use method attitude for readings in several attitudes",
+                    "have another attitude; use method attitude for readings in several attitudes",
                     reading.row));
     }
   }
@@ -427,7 +426,8 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   const PositiveFactor factor(covariance);
   if (!factor.is_determined()) {
     throw RefusedError(
-        "both rotations lack the uncertainty about an axis, so they cannot be compared");
+        "neither rotation has an uncertainty about one of the axes, so the rotations cannot be "
+        "compared");
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
                     .u_rad = covariance.diagonal().cwiseSqrt()};

@@ -82,9 +82,9 @@ void put_place(const CsvReader& csv,
   const bool has_attitude = !empty(pitch) || !empty(roll);
   if (is_flat == has_attitude) {
     throw DataError(csv.path(), csv.line(),
-                    is_flat ? "states both an attitude and a flat face; state only one of them"
-                            : "states neither an attitude ('pitch_deg', 'roll_deg') nor the face "
-                              "that lies on the table ('flat')");
+                    is_flat ? "this row has both an attitude and a flat face; give only one of them"
+                            : "this row has neither an attitude ('pitch_deg', 'roll_deg') nor the "
+                              "face that lies on the table ('flat')");
   }
   if (is_flat) {
     reading.flat = parse_face(csv.cells()[*flat]);

@@ -132,7 +132,7 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
   sd_ = noise.sd.value_or(calibration.fit.statistics->residual_sd);
   if (sd_.size() != m || !(sd_.array() >= 0.0).all()) {
     throw DomainError(
-        "the scatter of a reading is not known; state the standard deviation of a reading for each "
+        "the scatter of a reading is not known; give the standard deviation of a reading for each "
         "axis");
   }
   find_scatter_of_blocks();

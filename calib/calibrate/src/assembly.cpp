@@ -78,7 +78,8 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
       combined.suspect.empty()
           ? formatted(
                 "the instruments in slots {} are on one table, but they measure different slopes "
-                "of it (p = {}); an instrument is loose, or the table bends under an instrument",
+                "of the table (p = {}); check whether an instrument is loose, or the table bends "
+                "under an instrument",
                 joined(combined.slots), p)
           : formatted(
                 "the instrument in slot {} measures another slope of the common table than the "
@@ -166,7 +167,10 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
   const auto* found = std::find_if(known.begin(), known.end(),
                                    [&](const Known& one) { return one.name == assembly; });
   if (found == known.end()) {
-    throw DomainError(formatted("must be parallel, single, triple, h or h:y, not '{}'", assembly));
+    throw DomainError(
+        formatted("the assembly must be parallel, single, triple, h or h:y, not "
+                  "'{}'",
+                  assembly));
   }
   if (slots.empty() || (found->slots != 0 && slots.size() != found->slots)) {
     throw DomainError(formatted(
@@ -277,7 +281,7 @@ Experiment experiment_of_slot(const Experiment& experiment, const std::string& s
     const auto found = std::find_if(experiment.slots.begin(), experiment.slots.end(),
                                     [&](const SlotSetup& one) { return one.slot == slot; });
     if (found == experiment.slots.end()) {
-      throw SetupError(formatted("slot {}: its instrument is not stated", slot),
+      throw SetupError(formatted("slot {}: the instrument in this slot is missing", slot),
                        {settings::instrument});
     }
     own.instrument = found->instrument;

@@ -28,7 +28,7 @@ Calibration calibration_of_biases(const PreparedRun& run) {
   const std::vector<Reading>& readings = run.observations().readings;
   if (std::any_of(readings.begin(), readings.end(),
                   [](const Reading& reading) { return reading.confirm; })) {
-    throw RefusedError("method bias does not support confirmation readings (confirm)");
+    throw RefusedError("method bias does not support confirmation readings ('confirm')");
   }
   Calibration record = run.described();
   fit_bias(run.experiment(), run.observations(), run.source(), record);

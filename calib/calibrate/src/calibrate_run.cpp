@@ -33,7 +33,7 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
                    experiment.slot)});
   } else if (experiment.slot.empty() && !mounts.empty()) {
     notes.push_back({NoteCode::mount,
-                     "the positioner's mounts are not used, because no slot is stated: the "
+                     "the positioner's mounts are not used, because no slot is named: the "
                      "instrument's frame is taken as the cube's frame"});
   }
   std::vector<Calibration> one;  // an initializer list would copy the record
@@ -56,7 +56,7 @@ void require_one_kind(const std::string& kind, const std::vector<std::string>& s
         throw SetupError(
             formatted(
                 "the name of slot '{}' suggests the kind {}, but the slot would be calibrated as "
-                "{}; state the kind of each slot, for example {}={}, or leave out the columns of "
+                "{}; give the kind of each slot, for example {}={}, or leave out the columns of "
                 "this slot",
                 slot, other.name, kind, slot, other.name),
             {settings::instrument});
@@ -71,7 +71,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
                                          std::vector<CalibrationNote>& notes) {
   if (!experiment.slot.empty()) {
     throw SetupError(
-        formatted("slot '{}' is stated, but the names of the columns already contain the slots: {}",
+        formatted("slot '{}' is given, but the names of the columns already contain the slots: {}",
                   experiment.slot, joined(run.slots)));
   }
   if (experiment.slots.empty()) {
@@ -83,7 +83,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
   if (experiment.positioner.mounts().empty() && run.slots.size() > 1) {
     notes.push_back(
         {NoteCode::mount,
-         "the mounts are not stated (by an assembly or a positioner), so each instrument's frame "
+         "the mounts are not known (from an assembly or a positioner), so each instrument's frame "
          "is taken as the cube's frame"});
   }
   return calibrate_assembly(experiment, split_by_slot(run));
@@ -108,8 +108,8 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
   if (!run.field_unit.empty() && experiment.field.unit.empty()) {
     experiment.field.unit = run.field_unit;
   } else if (!run.field_unit.empty() && experiment.field.unit != run.field_unit) {
-    throw SetupError(formatted("the column with the field of each reading is in {}, but the field "
-                               "is stated in {}; state only one unit",
+    throw SetupError(formatted("the column with the field of each reading is in {}, but the unit "
+                               "of the field is given as {}; use only one unit",
                                run.field_unit, experiment.field.unit),
                      {settings::field});
   }

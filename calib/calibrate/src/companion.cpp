@@ -192,7 +192,8 @@ void turn_to_companion(const Alignment& alignment,
   if (!simulated) {
     calibration.findings.notes.push_back(
         {NoteCode::mount,
-         "the standard errors do not include the error of the rotation to the companion's frame"});
+         "the standard errors do not include the error of the rotation to the other instrument's "
+         "frame"});
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
@@ -227,8 +228,8 @@ void align_with_companion(Calibration& calibration,
   }
   if (calibration.fit.shape == MagnitudeShape::triangular) {
     throw SetupError(
-        "align: requires shape symmetric (the default), because the result is in the companion's "
-        "frame");
+        "align: requires the shape 'symmetric' (the default), because the result is in the other "
+        "instrument's frame");
   }
   const Eigen::MatrixXd all = fields_of(calibration, observations);
   const Eigen::MatrixXd all_of_companion = fields_of(companion, companions);

@@ -42,9 +42,9 @@ void confirm(const PreparedRun& run,
   if (run.method().by_magnitude || fit.seen.size() > 0 || fit.set->seen.cols() > 0 ||
       experiment.fit.robust || experiment.fit.level_by == LevelBy::block) {
     throw RefusedError(
-        "confirmation readings (confirm) require design points or known fields that determine all "
-        "sensitivities; they cannot be combined with one-sided axes, level by block or robust "
-        "regression");
+        "confirmation readings ('confirm') require design points or known fields that determine "
+        "all sensitivities; they cannot be combined with one-sided axes, with one slope of the "
+        "table for each block, or with robust regression");
   }
   ConfirmedReadings compared = confirmed(search.judged ? *search.judged : *fit.set, search.kept_out,
                                          estimate.field, run.method().directions_known);

@@ -125,7 +125,7 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   if (set.axis_count() == 2 && !is_stated) {
     throw SetupError(
         "two axes turned in a plane measure only the field's component in that plane, but the site "
-        "gives the whole field: state the magnitude of that component as the field's magnitude",
+        "determines the whole field: set the field's magnitude to the magnitude of that component",
         {settings::field_magnitude});
   }
   if (set.axis_count() == 2) {
@@ -294,8 +294,8 @@ std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
         {.code = WarningCode::bias_step,
          .runs = found.runs,
          .message = formatted(
-             "the biases change by a step between {}, by {} {}. The step is a term of the fit, and "
-             "the biases are the means over the run. {}",
+             "the biases change in one step between {}, by {} {}. The step is a term of the fit, "
+             "and the biases are the means over the run. {}",
              name_of_runs(found.runs), effect_by_axis(run, fit, effects.step_column()),
              run.experiment().instrument.unit, advice_of(found))});
   }
@@ -319,9 +319,9 @@ FittedRun with_note_of_drift(const PreparedRun& run, FittedRun fit) {
   const std::string changes = effect_by_axis(run, fit, fit.set->effects.drift_column());
   fit.estimate.notes.push_back(
       {NoteCode::drift,
-       formatted("the biases drift over the run, by {} {}; the fit includes a linear drift, and "
-                 "the stated biases are those in the middle of the run; let the instrument warm up "
-                 "before the readings",
+       formatted("the biases drift over the run, by {} {}. The fit includes a linear drift, and "
+                 "the biases in the record are those in the middle of the run. Let the instrument "
+                 "warm up before the readings",
                  changes, run.experiment().instrument.unit)});
   return fit;
 }

@@ -67,8 +67,8 @@ void note_choice_of_method(const Observations& used, Method method, Calibration&
     calibration.findings.notes.push_back(
         {NoteCode::method,
          "the readings lack fence faces, so the table is taken as level. A slope of the table "
-         "changes the biases and cross-axis terms; their uncertainties include this error only if "
-         "the slope's uncertainty is stated"});
+         "changes the biases and cross-axis terms; the uncertainties include this error only if "
+         "the uncertainty of the slope is given"});
   }
 }
 

@@ -112,7 +112,7 @@ void require_one_instrument(const Experiment& experiment, const Run& run) {
       throw RefusedError(
           formatted("{} and {} are from different instruments: {}. All files in one call must be "
                     "from one instrument. Calibrate each file separately. If the files are from "
-                    "one instrument, state its serial number",
+                    "one instrument, give the serial number of the instrument",
                     run.inputs[place_of_first].path, run.inputs[file].path, difference),
           {settings::each, settings::serial});
     }

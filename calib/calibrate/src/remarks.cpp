@@ -218,8 +218,8 @@ void note_weights(const Experiment& experiment,
       observations.samples->minCoeff() < observations.samples->maxCoeff()) {
     calibration.findings.notes.push_back(
         {NoteCode::weights,
-         "readings are weighted by their numbers of samples; weighting none gives all readings "
-         "the same weight"});
+         "readings are weighted by their numbers of samples; the weighting 'none' gives all "
+         "readings the same weight"});
   }
   if (weights == Weighting::sd && observations.response_sd) {
     std::vector<int> runs;
@@ -252,7 +252,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
            .runs = {},
            .message =
                formatted("the magnitude of field {} is stated as {} {}, but on the Earth it is {}; "
-                         "correct the magnitude or the unit, or use field custom for another field",
+                         "correct the magnitude or the unit, or use the field 'custom' for another "
+                         "field",
                          part.kind, number_text(part.magnitude, 6), part.unit,
                          possible_magnitudes(kind, part.unit))});
     }
@@ -273,8 +274,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
       find_instrument_kind(calibration.sensor.instrument.kind).relative_field_will_do) {
     calibration.findings.notes.push_back(
         {NoteCode::field,
-         "the magnitude of the field and the site are not stated, so the field has length 1: "
-         "directions are correct, but magnitudes are relative to the field"});
+         "neither the magnitude of the field nor the site is given, so the magnitude is taken as "
+         "1: directions are correct, but magnitudes are relative to the field"});
   }
 }
 
@@ -285,14 +286,15 @@ void note_meaning_of_magnitude(const Experiment& experiment, Calibration& calibr
   }
   const double length = field.in_table->norm();
   const bool is_one_g = field_kind(field.kind()).vertical && calibration.sensor.field.unit == "g";
-  const std::string what =
-      formatted("the field's magnitude is the length of the stated vector (in_table), {} {}",
-                number_text(length, 5), calibration.sensor.field.unit);
+  const std::string what = formatted(
+      "the field's magnitude is taken as the length of the given vector ('in_table'), {} "
+      "{}",
+      number_text(length, 5), calibration.sensor.field.unit);
   if (is_one_g && std::abs(length - 1.0) > 1e-6) {
     calibration.findings.warnings.push_back(
         {.code = WarningCode::field_length,
          .runs = {},
-         .message = what + ", not 1 g; if the vector is only a direction, state a magnitude of 1"});
+         .message = what + ", not 1 g; if the vector is only a direction, set the magnitude to 1"});
   } else if (length != 1.0) {
     calibration.findings.notes.push_back({NoteCode::field, what});
   }
@@ -340,7 +342,7 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
          .message = formatted(
              "axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
              calibration.sensor.instrument.axes[static_cast<std::size_t>(k)], number_text(ratio, 3),
-             nominal, reason, by_unit ? ", or state the nominal sensitivity if it differs" : "")});
+             nominal, reason, by_unit ? ", or give the nominal sensitivity if it differs" : "")});
   }
 }
 

@@ -45,7 +45,8 @@ void check_level_names(const Experiment& experiment, const Observations& observa
   for (const std::string& name : stated) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
       throw SetupError(
-          formatted("column 'level.{}': no part of the field with the role induced has this name{}",
+          formatted("column 'level.{}': no part of the field with the role 'induced' has this "
+                    "name{}",
                     name, names.empty() ? "" : "; these parts are " + joined(names)),
           {settings::field});
     }
@@ -61,7 +62,7 @@ void check_range(const Instrument& instrument) {
 
 void check_instrument(const Instrument& instrument) {
   if (instrument.kind.empty()) {
-    throw SetupError("state the kind of instrument: accelerometer, magnetometer, ...",
+    throw SetupError("the kind of instrument is missing: give accelerometer, magnetometer, ...",
                      {settings::instrument});
   }
   static_cast<void>(find_instrument_kind(instrument.kind));
@@ -121,11 +122,12 @@ void check_readings(const Experiment& experiment, const Observations& observatio
           "must have a field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
-      throw RefusedError(formatted("run {}: level {}, but {} cannot be set; its level is always 1",
-                                   reading.run, reading.level.text(),
-                                   field_kind(experiment.field.kind()).vertical
-                                       ? experiment.field.kind()
-                                       : "a local field"));
+      throw RefusedError(
+          formatted("run {}: the level is {}, but {} cannot be set, so its level is "
+                    "always 1",
+                    reading.run, reading.level.text(),
+                    field_kind(experiment.field.kind()).vertical ? experiment.field.kind()
+                                                                 : "a local field"));
     }
   }
 }
@@ -142,7 +144,9 @@ void check_without_fence(const Experiment& experiment, Method method) {
         {settings::method});
   }
   if (!experiment.table.slope.isZero(0.0)) {
-    throw SetupError(formatted("a slope is stated, but the readings lack fence faces; {}", advice),
+    throw SetupError(formatted("a slope of the table is given, but the readings lack fence faces; "
+                               "{}",
+                               advice),
                      {settings::slope});
   }
   for (const FieldDescription& part : resolve_field(experiment)) {
@@ -159,8 +163,8 @@ void check_levels(const Observations& observations, Method method) {
   for (const Reading& reading : observations.readings) {
     if (method_kind(method).by_magnitude && reading.level != 1.0) {
       throw RefusedError(
-          formatted("run {}: level {}, but method magnitude requires the same magnitude of the "
-                    "field in all readings",
+          formatted("run {}: the level is {}, but method magnitude requires the same magnitude of "
+                    "the field in all readings",
                     reading.run, reading.level.text()));
     }
   }
@@ -212,8 +216,9 @@ void check_method(const Experiment& experiment,
   const std::string name(method_name(method));
   if (!by_field && !method_kind(method).by_magnitude && method_kind(method).fits_sensitivity &&
       !has_labels(observations)) {
-    throw RefusedError(formatted("method {}: the readings lack design points; add columns 'rest', "
-                                 "'fence', or use method magnitude, or known with fx, fy, fz",
+    throw RefusedError(formatted("method {}: the readings lack design points; add the columns "
+                                 "'rest' and 'fence', or use method magnitude, or method known "
+                                 "with the columns fx, fy, fz",
                                  name),
                        {settings::method});
   }
@@ -224,7 +229,8 @@ void check_method(const Experiment& experiment,
       method_kind(method).directions_known || method_kind(method).by_magnitude;
   if (has_one_slope && experiment.fit.level_by == LevelBy::block) {
     throw SetupError(formatted(
-        "method {} does not estimate levelness; level by block requires method paired or joint",
+        "method {} does not estimate the slope of the table; one slope for each block (level by "
+        "block) requires method paired or joint",
         name));
   }
   if (experiment.fit.robust && !method_kind(method).fits_sensitivity) {
@@ -234,18 +240,18 @@ void check_method(const Experiment& experiment,
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||
        experiment.fit.level_by == LevelBy::block)) {
     throw SetupError(
-        "a field of several parts requires method joint or known, and cannot be combined with "
-        "level by block");
+        "a field of several parts requires method joint or known, and cannot be combined with one "
+        "slope of the table for each block (level by block)");
   }
   for (std::size_t i = 1; i < experiment.also.size(); ++i) {
     if (experiment.also[i].kind() == experiment.also.front().kind()) {
-      throw SetupError(formatted("second field (also) {}: this field is stated twice",
+      throw SetupError(formatted("second field ('also') {}: this field is given twice",
                                  experiment.also[i].kind()));
     }
   }
   if (!experiment.also.empty() && (by_field || method_kind(method).by_magnitude)) {
     throw SetupError(
-        "a second field (also) requires design points and method paired, joint or known");
+        "a second field ('also') requires design points and method paired, joint or known");
   }
   if (experiment.instrument.one_sided &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude)) {
@@ -254,8 +260,8 @@ void check_method(const Experiment& experiment,
   }
   if (method_kind(method).by_magnitude && experiment.fit.squares && experiment.fit.robust) {
     throw SetupError(
-        "method magnitude cannot fit squared terms with robust weights; leave out squares or "
-        "robust");
+        "method magnitude cannot fit squared terms with robust weights; leave out either 'squares' "
+        "or 'robust'");
   }
   if (method_kind(method).by_magnitude &&
       (experiment.fit.temperature.order > 0 || experiment.fit.temperature.automatic)) {
@@ -282,7 +288,7 @@ void check_known_magnitude(const FieldDescription& field) {
       !(std::abs(field.in_table->norm() / field.magnitude - 1.0) <= 1e-6)) {
     throw SetupError(
         formatted("method known: the field's vector in the table has the length {}, but the "
-                  "field's magnitude is stated as {}; state only one of the two",
+                  "field's magnitude is stated as {}; give only one of the two",
                   number_text(field.in_table->norm()), number_text(field.magnitude)));
   }
 }

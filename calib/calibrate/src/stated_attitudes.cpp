@@ -43,8 +43,8 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
     }
     if (!part.in_table) {
       throw SetupError(
-          "attitudes require the direction of the field in the table: state the site, or the "
-          "field's vector in the table (in_table)",
+          "attitudes require the direction of the field in the table's frame: give the site, or "
+          "the field's vector in this frame ('in_table')",
           {settings::field_table});
     }
   }

@@ -275,9 +275,9 @@ class Summary {
         return formatted("{} +- {}", rounded_value(1e3 * value, 1e3 * u),
                          rounded_uncertainty(1e3 * u));
       };
-      text_ += wrapped(formatted("{}: {} to +x, {} to +y (1 sd); estimates from the faces {}",
+      text_ += wrapped(formatted("{}: {} along +x, {} along +y (1 sd); estimates from the faces {}",
                                  field_kind(c_.sensor.field.kind).vertical
-                                     ? "table rises [mrad]"
+                                     ? "slope of the table [mrad]"
                                      : "field in the table's plane [1/1000 of its magnitude]",
                                  stated(level.mean_x, level.standard_error_x),
                                  stated(level.mean_y, level.standard_error_y),
@@ -305,7 +305,7 @@ class Summary {
       text_ += wrapped("coefficients at temperature " +
                            span_text(*c_.sensor.temperature, c_.sensor.instrument.axes,
                                      [](const TemperatureSpan& span) {
-                                       return formatted("{:.6g}; valid from {:.6g} to {:.6g}",
+                                       return formatted("{:.6g} (valid from {:.6g} to {:.6g})",
                                                         span.reference, span.low, span.high);
                                      }),
                        80) +
@@ -555,7 +555,7 @@ class Summary {
     if (c_.fit.polar_fit.empty()) {
       return;
     }
-    heading("Fit of the polar form to the same readings (known art, by Gauss-Newton)");
+    heading("Fit of the polar form to the same readings (by Gauss-Newton, for comparison)");
     text_ += row("axis", 8, {"bias", "size", "coning [deg]", "azimuth [deg]", "iterations"});
     for (std::size_t k = 0; k < c_.fit.polar_fit.size(); ++k) {
       const PolarFit& fit = c_.fit.polar_fit[k];
@@ -576,8 +576,10 @@ class Summary {
     const TemperatureResponse& terms = *c_.sensor.temperature;
     heading("Temperature terms; the coefficients above are for temperature " +
             span_text(terms, c_.sensor.instrument.axes, [](const TemperatureSpan& span) {
-              return formatted("{:.6g}; readings from {:.6g} to {:.6g}", span.reference, span.low,
-                               span.high);
+              return formatted(
+                  "{:.6g} (readings at temperatures from {:.6g} to "
+                  "{:.6g})",
+                  span.reference, span.low, span.high);
             }));
     for (Eigen::Index k = 0; k < terms.bias.rows(); ++k) {
       for (Eigen::Index j = 0; j < terms.bias.cols(); ++j) {

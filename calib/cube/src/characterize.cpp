@@ -78,7 +78,8 @@ void require_faces(const std::vector<SolidReference>& references) {
   }
   if (!missing.empty()) {
     throw RefusedError(formatted(
-        "no reading has the rest face {}, so its normal is undetermined; add such readings",
+        "no reading has the rest face {}, so the normal of this face is undetermined; add readings "
+        "on this face",
         joined(missing)));
   }
 }
@@ -348,7 +349,8 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
       result.warnings.push_back(formatted(
           "slot {}: its readings scatter by {} {}, {} times the expected scatter, and run {} has "
           "the largest residual; look for a wrong label, a loose instrument, a table that was "
-          "moved (then state level by block), or readings of another instrument",
+          "moved (then fit one slope for each block: level by block), or readings of another "
+          "instrument",
           own.slot, significant(own.residual_sd), reference->calibration.sensor.field.unit,
           significant(own.residual_sd / expected), own.worst_run));
     }
@@ -408,9 +410,9 @@ void describe_in_notes(const CharacterizeOptions& options,
   });
   if (!has_feet) {
     description.notes.emplace_back(
-        "no drawing with feet was given, so the seats follow from the face normals only; a cube on "
-        "feet or a leaning fence adds errors of about the slope times the faces' deviation from "
-        "square");
+        "no drawing with feet was given, so the seats follow only from the face normals; if the "
+        "cube has feet or the fence leans, this adds errors of about the table's slope times the "
+        "deviation of the faces from square");
   }
   if (!all_have_covariance) {
     description.notes.emplace_back(

@@ -264,7 +264,8 @@ void require_response(const ReadingSet& set) {
     const double lowest = used.select(response, std::numeric_limits<double>::infinity()).minCoeff();
     if (highest - lowest <= set.rounding(k)) {
       throw RefusedError(formatted("axis {} does not respond to the field: all its readings are "
-                                   "{}; check its wiring and its column, or leave the axis out",
+                                   "equal to {}; check its wiring and its column, or leave the "
+                                   "axis out",
                                    set.axes[static_cast<std::size_t>(k)], number_text(highest)),
                          {settings::axes});
     }

@@ -194,7 +194,7 @@ ConfirmedReadings confirmed(const ReadingSet& fitted,
   const auto predictions = fit.predictions(places);
   if (!p || !predictions) {
     throw RefusedError(
-        "the fit has too few readings to be compared with the confirmation readings (confirm); "
+        "the fit has too few readings to be compared with the confirmation readings ('confirm'); "
         "take more readings");
   }
   constexpr double unlikely = 0.05;
@@ -202,8 +202,8 @@ ConfirmedReadings confirmed(const ReadingSet& fitted,
   if (is_new_block) {
     result.notes.push_back(
         {NoteCode::conditions,
-         "The confirmation readings are from a block that the fit does not contain. A common shift "
-         "of their biases is not tested"});
+         "The confirmation readings are from a block that the fit does not contain. A shift of the "
+         "bias that is common to all of them is therefore not tested"});
   } else if (within.rows() < each.rows()) {
     result.notes.push_back(
         {NoteCode::conditions,

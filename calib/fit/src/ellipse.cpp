@@ -200,7 +200,7 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
       {NoteCode::method,
        formatted(
            "the two axes were turned in a plane; the field's component in this plane is assumed to "
-           "have the length {}. If the field is inclined to the plane, state the length of this "
+           "have the length {}. If the field is inclined to the plane, give the length of this "
            "component",
            number_text(F, 6))});
   return estimate;

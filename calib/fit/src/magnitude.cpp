@@ -112,8 +112,8 @@ void require_enough_places(const EllipsoidCloud& cloud) {
   if (20 * loose < cloud.size()) {
     throw RankDeficientError(
         formatted("the readings are in {} orientations, but method magnitude requires nine or "
-                  "more: add oblique orientations, or state the rest face of each reading (column "
-                  "rest)",
+                  "more: add oblique orientations, or give the rest face of each reading (column "
+                  "'rest')",
                   first.size()),
         {});
   }

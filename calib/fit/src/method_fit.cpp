@@ -40,7 +40,7 @@ TableField stated_field(const TableField& field) {
     if (!part.in_table || part.free_length) {
       throw SetupError(
           formatted(
-              "field {}: the field's vector in the table's frame (in_table) is missing; state it",
+              "field {}: the field's vector in the table's frame ('in_table') is missing; add it",
               part.kind),
           {settings::field_table});
     }

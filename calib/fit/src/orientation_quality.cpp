@@ -145,8 +145,8 @@ Alignment align_by_constant_angle(const Eigen::MatrixXd& fields, const Eigen::Ma
       J * J.colwise().norm().cwiseMax(1e-300).cwiseInverse().asDiagonal();
   if (!undetermined_columns(scaled).empty() || J.leftCols<3>().colwise().norm().minCoeff() < 1e-6) {
     throw RefusedError(
-        "the orientations do not determine the rotation between the two instruments: their fields "
-        "are parallel, or there are too few different orientations");
+        "the orientations do not determine the rotation between the two instruments: the fields "
+        "that they measure are parallel, or there are too few different orientations");
   }
   const LeastSquaresDesign design(J);
   Alignment alignment{.rotation_companion_from_sensor = best.R};

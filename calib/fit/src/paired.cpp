@@ -281,8 +281,8 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
     }
     if (!levelness && field.size() > 1) {
       throw RefusedError(
-          "level by block: a block has too few opposite readings to determine its levelness; add "
-          "opposite readings, or use one levelness for the run");
+          "level by block: a block has too few opposite readings to determine the slope of the "
+          "table; add opposite readings, or use one slope for the whole run");
     }
     const TableField next = levelness ? turned_by(*levelness, F, field) : field;
     double turn = 0.0;

@@ -19,14 +19,14 @@ namespace {
 // which is not credible. The median of the axis's positive standard deviations replaces it.
 Eigen::MatrixXd positive_sd(Eigen::MatrixXd sd) {
   if (!(sd.array() >= 0.0).all()) {
-    throw RefusedError("weights sd: a standard deviation in a column AXIS_sd is negative");
+    throw RefusedError("weights 'sd': a standard deviation in a column AXIS_sd is negative");
   }
   for (Eigen::Index k = 0; k < sd.cols(); ++k) {
     std::vector<double> positive;
     std::copy_if(sd.col(k).begin(), sd.col(k).end(), std::back_inserter(positive),
                  [](double one) { return one > 0.0; });
     if (positive.empty()) {
-      throw RefusedError("weights sd: all standard deviations of an axis are 0");
+      throw RefusedError("weights 'sd': all standard deviations of an axis are 0");
     }
     const auto middle = positive.begin() + static_cast<std::ptrdiff_t>(positive.size() / 2);
     std::nth_element(positive.begin(), middle, positive.end());
@@ -40,13 +40,13 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
   const Eigen::Index m = observations.response.cols();
   if (weighting == Weighting::samples) {
     if (!observations.samples) {
-      throw RefusedError("weights samples: the readings lack the column 'samples'");
+      throw RefusedError("weights 'samples': the readings lack the column 'samples'");
     }
     return observations.samples->replicate(1, m);
   }
   if (weighting == Weighting::sd) {
     if (!observations.response_sd) {
-      throw RefusedError("weights sd: each axis needs a column AXIS_sd");
+      throw RefusedError("weights 'sd': each axis needs a column AXIS_sd");
     }
     return positive_sd(*observations.response_sd).cwiseAbs2().cwiseInverse();
   }
@@ -62,8 +62,9 @@ std::vector<FieldDescription> second_fields(const Experiment& experiment) {
         resolve_part(also, experiment.table, {.reading_unit = experiment.instrument.unit}));
     if (!fields.back().in_table) {
       throw SetupError(
-          formatted("second field (also) {}: its direction in the table is unknown; state the site "
-                    "and the fence's azimuth, or the field's vector in the table (in_table)",
+          formatted("second field ('also') {}: its direction in the table's frame is unknown; give "
+                    "the site and the fence's azimuth, or the field's vector in this frame "
+                    "('in_table')",
                     also.kind()));
     }
   }
@@ -151,8 +152,8 @@ ReadingSource::Selection ReadingSource::selected(Weighting weighting) const {
   if (selection.rows.empty()) {
     throw RefusedError(selection.rows_kept_out.empty()
                            ? "no readings are left for the calibration"
-                           : "all readings are confirmation readings (confirm), so no readings are "
-                             "left for the fit");
+                           : "all readings are confirmation readings ('confirm'), so no readings "
+                             "are left for the fit");
   }
   selection.mean_variance =
       selection.weights(selection.rows, Eigen::all).cwiseInverse().colwise().mean();
@@ -283,7 +284,7 @@ void ReadingSource::put_temperature(ReadingSet& set) const {
     const Reading& reading = set.readings[static_cast<std::size_t>(i)];
     if (!reading.temperature) {
       throw RefusedError(formatted(
-          "temperature terms need the column 'temperature'; run {} has none", reading.run));
+          "temperature terms need the column 'temperature'; run {} lacks a value", reading.run));
     }
     const SensorTemperature& t = *reading.temperature;
     temperatures.push_back(t.mean());

@@ -172,7 +172,7 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   if (drifts) {
     fit.remark = formatted(
         "the biases at the rests change over the log by {}, {}, {} (drift or slow noise); the "
-        "result is the biases in the middle of the log",
+        "biases in the record are those in the middle of the log",
         number_text(drift(0), 2), number_text(drift(1), 2), number_text(drift(2), 2));
   } else if (alike) {
     fit.remark =

@@ -358,7 +358,7 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
         formatted("turn {} of the gyroscope would be {} revolutions in {} s, which is too fast for "
                   "turning by hand. Check whether the times are in another unit (name the column "
                   "t_ms, t_us, ...), or whether rests are missing. If a motor turned the "
-                  "instrument, state the gyroscope's scale",
+                  "instrument, give the gyroscope's scale",
                   worst + 1, number_text(fit.most_revolutions, 3),
                   number_text(time_s.back() - time_s.front(), 3)),
         {settings::gyroscope_scale});

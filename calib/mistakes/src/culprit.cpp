@@ -156,8 +156,9 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   if (by_tails > is_wrong) {
     return {.culprit = {},
             .remark = by_tails < may_be_wrong
-                          ? formatted("{} deviates from the other readings: it is wrong, or the "
-                                      "noise has heavy tails; take the reading again to find out",
+                          ? formatted("{} deviates from the other readings: this reading is wrong, "
+                                      "or the noise has heavy tails; take the reading again to "
+                                      "find out",
                                       name_of_runs(best.correction.runs))
                           : std::string()};
   }

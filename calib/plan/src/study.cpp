@@ -395,7 +395,7 @@ Study run_study(const StudySetup& given,
   Study study{.seed = seed, .trials = trials, .setup = digest_of(given)};
   if (given.recording && given.recording->kind == RecordingKind::sweep) {
     throw DomainError(
-        "study: a recording of kind sweep cannot be studied, because its biases include the "
+        "study: a recording of the kind 'sweep' cannot be studied, because its biases include the "
         "response to the field; simulate one sweep and calibrate it");
   }
   if (given.regression_only) {

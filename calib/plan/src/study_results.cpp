@@ -45,7 +45,7 @@ Study merge(const std::vector<Study>& shards) {
   std::sort(parts.begin(), parts.end());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (i > 0 && parts[i].first == parts[i - 1].first) {
-      throw DomainError("two shards contain the same trials; state each shard once");
+      throw DomainError("two shards contain the same trials; give each shard only once");
     }
     all.blocks.push_back(parts[i].first);
     all.sums.push_back(*parts[i].second);

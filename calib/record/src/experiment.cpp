@@ -58,7 +58,7 @@ Eigen::Matrix3d change_of_field(const Experiment& experiment, double from_s, dou
   const FieldSetup* const moving = experiment.field.moving_part();
   if (moving != nullptr && !experiment.also.empty()) {
     throw SetupError(moving->of->moving_name() +
-                     " moves, so it cannot be combined with second fields (also)");
+                     " moves, so it cannot be combined with second fields ('also')");
   }
   return change_of_field(experiment.field, experiment.table, from_s, to_s);
 }

@@ -129,7 +129,7 @@ class Table {
         words += formatted(", '{}'", word);
       }
       fail(column, formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; to use another "
-                             "word, define it by the face names 'WORD=FACE,...'",
+                             "word, define it with face names: 'WORD=FACE,...'",
                              quoted(column), words));
     }
     return *face;
@@ -430,7 +430,7 @@ void find_size(Table& table, const std::vector<std::string>& axes, Columns& colu
     if (!columns.along && axes.size() > 1) {
       table.fail(size.name,
                  "states the magnitude of the field, but not its axis; add the column 'axis' (x, y "
-                 "or z), or state the field in the sensor by 'fx', 'fy', 'fz'");
+                 "or z), or give the field in the sensor's frame in the columns 'fx', 'fy', 'fz'");
     }
     columns.along_all = direction_of(axes.front(), {}).value_or(Eigen::Vector3d::UnitZ());
     return;

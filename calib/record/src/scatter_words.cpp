@@ -20,11 +20,12 @@ constexpr std::array all_words = {
     ScatterWords{"sessions",
                  "The sessions differ by more than their noise. The coefficients are means over "
                  "the sessions."},
-    ScatterWords{"seats", "The cube's orientation varies each time it is laid down."},
+    ScatterWords{"seats", "The cube's orientation varies each time the cube is laid down."},
     ScatterWords{"layings", "Consecutive readings in one pose share an error."},
     ScatterWords{"poses", "Each pose has an error of its own, which repeats in all blocks."},
     ScatterWords{"mounts",
-                 "The instrument's orientation in the cube varies each time it is mounted."},
+                 "The instrument's orientation in the cube varies each time the instrument is "
+                 "mounted."},
     ScatterWords{"rests",
                  "The bias changes from rest to rest: by drift, by warm-up, or with the "
                  "attitude."},

@@ -232,13 +232,13 @@ DriftCheck check_labelled(const Calibration& record,
   }
   if (!observations.has_fence) {
     throw RefusedError(
-        "the readings state the face on the table, but not the face at the fence: add the column "
-        "fence");
+        "the readings name the face on the table, but not the face at the fence: add the column "
+        "'fence'");
   }
   const FieldDescription here = make_field_description(experiment);
   if (here.unit != sensor.field.unit) {
     throw RefusedError(
-        formatted("the field is in {} in the record, but in {} for the readings: state the "
+        formatted("the field is in {} in the record, but in {} for the readings: give the "
                   "magnitude of the field in the unit of the record",
                   sensor.field.unit, here.unit));
   }

@@ -56,7 +56,7 @@ std::vector<std::string> column_names(const std::string& path,
                                       const std::vector<std::string>& names,
                                       std::size_t count) {
   if (!names.empty() && names.size() != count) {
-    throw DataError(path, formatted("{} column names are stated, but the file has {} columns",
+    throw DataError(path, formatted("{} column names are given, but the file has {} columns",
                                     names.size(), count));
   }
   std::vector<std::string> all = names;

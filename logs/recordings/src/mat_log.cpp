@@ -106,7 +106,7 @@ class MatReader {
     const std::string header = read_exactly(file_, header_size);
     const std::string_view order = std::string_view(header).substr(126, 2);
     if (order != "IM" && order != "MI") {
-      fail("the header states no byte order");
+      fail("the header does not state the byte order");
     }
     swapped_ = (order == "IM") != (std::endian::native == std::endian::little);
     for (;;) {

@@ -501,13 +501,13 @@ std::vector<std::string> notes_of(const std::vector<const RosTopic*>& topics) {
   if (!without.empty()) {
     notes.push_back(
         "some topics are left out, because they contain no readable numbers, or because their "
-        "message definitions are missing (state the folder of the definitions): " +
+        "message definitions are missing (give the folder of the definitions): " +
         joined(without));
   }
   if (damaged > 0) {
     notes.push_back(
-        formatted("{} messages are left out, because they do not match the definition of their "
-                  "type",
+        formatted("{} messages are left out, because they do not match the definition of the "
+                  "message type",
                   damaged));
   }
   return notes;

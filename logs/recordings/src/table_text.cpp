@@ -163,7 +163,7 @@ void TableText::State::open(OpenedFile opened) {
     throw DataError(
         path,
         formatted("is a recording ({}), not a table of readings in known orientations; {}. If the "
-                  "instrument was turned by hand, state method magnitude and the kind of "
+                  "instrument was turned by hand, give the method 'magnitude' and the kind of "
                   "instrument",
                   opened.format, series_list(summarise(*opened.decoder, looked_at))),
         {settings::log});

@@ -178,9 +178,9 @@ TimeUnit settle_time_unit(const std::string& path,
     return rate_hz(seconds) >= lowest_rate_hz && rate_hz(seconds) <= highest;
   };
   const std::string head = formatted("column '{}': ", column.name);
-  const std::string advice = formatted(
-      "; state the unit in the column's name ({}_s, {}_ms, {}_us, ...), or state the rate",
-      to_lower_case(column.name), to_lower_case(column.name), to_lower_case(column.name));
+  const std::string advice =
+      formatted("; give the unit in the column's name ({}_s, {}_ms, {}_us, ...), or give the rate",
+                to_lower_case(column.name), to_lower_case(column.name), to_lower_case(column.name));
   if (column.unit_is_stated) {
     return {
         .seconds = column.seconds,

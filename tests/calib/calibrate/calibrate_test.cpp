@@ -580,7 +580,7 @@ TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
       doubtful.findings.warnings.begin(), doubtful.findings.warnings.end(),
       [](const CalibrationWarning& warning) { return warning.code == WarningCode::field_length; });
   ASSERT_NE(of_length, doubtful.findings.warnings.end());
-  EXPECT_THAT(of_length->message, testing::HasSubstr("state a magnitude of 1"));
+  EXPECT_THAT(of_length->message, testing::HasSubstr("set the magnitude to 1"));
   EXPECT_EQ(doubtful.status(), CalibrationStatus::refused);  // 0.935 g is not the Earth's
   experiment.field.magnitude = 1.0;
   EXPECT_TRUE(calibrate(experiment, observations).findings.warnings.empty());

@@ -660,8 +660,8 @@ TEST(Coils, OfAnotherNameThanTheReadingsStateAreNamed) {
   }
   EXPECT_THAT(test::complaint_of<SetupError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
-              HasSubstr("column 'level.nrth': no part of the field with the role induced has this "
-                        "name; these parts are north"));
+              HasSubstr("column 'level.nrth': no part of the field with the role 'induced' has "
+                        "this name; these parts are north"));
 }
 
 // With a single lamp the level may be stated under the lamp's name.

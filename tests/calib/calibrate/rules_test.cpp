@@ -71,7 +71,7 @@ TEST_F(Rule, NamesAnUncertainDirection) {
 
 TEST_F(Rule, NamesTwoSolutions) {
   estimate_.direction.ambiguity = "another direction fits";
-  expect_one(two_solutions_rule(), WarningCode::two_solutions, "another direction fits; state");
+  expect_one(two_solutions_rule(), WarningCode::two_solutions, "another direction fits; give");
 }
 
 TEST_F(Rule, NamesReadingsThatDoNotSettle) {

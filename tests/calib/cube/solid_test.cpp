@@ -257,7 +257,7 @@ TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
   experiment.fit.method = Method::known;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("level by block requires method paired or joint"));
+      HasSubstr("(level by block) requires method paired or joint"));
 }
 
 TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {

@@ -372,7 +372,7 @@ TEST(Confirmed, DoesNotCompareTheShiftOfANewBlock) {
   const ConfirmedReadings apart = confirmed(own_block.fitted, own_block.kept_out, all.field, true);
   EXPECT_TRUE(apart.confirmation.passed);
   ASSERT_EQ(apart.notes.size(), 1U);
-  EXPECT_THAT(apart.notes[0].message, testing::HasSubstr("is not tested"));
+  EXPECT_THAT(apart.notes[0].message, testing::HasSubstr("is therefore not tested"));
 }
 
 }  // namespace

@@ -348,7 +348,7 @@ TEST(AlignWithCompanion, WantsASymmetricShape) {
                 align_with_companion(calibration, observations, calibration, observations,
                                      "r.json");
               }),
-              HasSubstr("shape symmetric"));
+              HasSubstr("the shape 'symmetric'"));
 }
 
 }  // namespace

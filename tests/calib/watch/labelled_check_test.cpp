@@ -273,7 +273,7 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
               }),
               HasSubstr("; take readings on more faces"));
   EXPECT_THAT(refusal([](Calibration&, Observations& o) { o.has_fence = false; }),
-              HasSubstr("the column fence"));
+              HasSubstr("the column 'fence'"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.field.unit = "m/s^2"; }),
               HasSubstr("the field is in m/s^2 in the record, but in g for the readings"));
   EXPECT_THAT(refusal([](Calibration& c, Observations&) { c.sensor.instrument.one_sided = true; }),

@@ -23,7 +23,7 @@ void find_field_magnitude(const JudgedRun& run, Warnings& found) {
     found.add(
         WarningCode::field_magnitude, {},
         formatted("the vectors in the columns fx, fy, fz have a mean length of {}, but the field's "
-                  "magnitude is {} {}; correct the unit, or state the magnitude",
+                  "magnitude is {} {}; correct the unit, or give the magnitude",
                   number_text(run.estimate.mean_field, 4),
                   number_text(run.calibration.sensor.field.magnitude, 4),
                   run.calibration.sensor.field.unit));

@@ -40,11 +40,11 @@ void find_nonlinearity(const JudgedRun& run, Warnings& found) {
       WarningCode::nonlinearity, {},
       by_magnitude(run)
           ? formatted("{}; the biases contain a part of this error. Also fit squared terms "
-                      "(squares)",
+                      "('squares')",
                       text)
           : formatted("{}, and the bias of this axis includes a third of this error. The "
                       "instrument is nonlinear, or opposite faces of the cube are not parallel: "
-                      "state the cube's face normals, or add this error to the uncertainty of "
+                      "give the cube's face normals, or add this error to the uncertainty of "
                       "calibrated readings",
                       text));
 }

@@ -53,10 +53,12 @@ std::string other_reasons(const JudgedRun& run) {
         "the stated field)";
   }
   if (kind.sees_one_side && !run.calibration.sensor.instrument.one_sided) {
-    reasons += "; if the photodiodes measure only light from their front, state them as one-sided";
+    reasons +=
+        "; if the photodiodes measure only light from their front, declare them as "
+        "one-sided";
   }
   if (kind.answers_to_gravity && run.calibration.sensor.also.empty()) {
-    reasons += "; if the instrument responds to gravity, state gravity as a second field (also)";
+    reasons += "; if the instrument responds to gravity, give gravity as a second field ('also')";
   }
   return reasons;
 }

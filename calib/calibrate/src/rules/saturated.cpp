@@ -14,7 +14,7 @@ void find_saturated(const JudgedRun& run, Warnings& found) {
         WarningCode::saturated, axis.runs,
         formatted("{}: the readings of axis {} stop at {}, but the other readings predict values "
                   "beyond this limit: the axis is saturated, or its response is not linear near "
-                  "this limit; state the axis's range, or set the instrument to a range that "
+                  "this limit; give the axis's range, or set the instrument to a range that "
                   "includes the field",
                   name_of_runs(axis.runs), axis_name(run, axis.axis), number_text(axis.value, 8)));
   }

@@ -10,7 +10,7 @@ void find_two_solutions(const JudgedRun& run, Warnings& found) {
   if (!run.estimate.direction.ambiguity.empty()) {
     found.add(WarningCode::two_solutions, {},
               run.estimate.direction.ambiguity +
-                  "; state the approximate direction of the field (its vector in the table, or the "
+                  "; give the approximate direction of the field (its vector in the table, or the "
                   "fence's azimuth), or name the axes by their directions (x, y, z)");
   }
 }

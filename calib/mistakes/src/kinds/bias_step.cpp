@@ -127,7 +127,7 @@ void explain_by_step(const SuspectRun& run, Explanations& found) {
         fit_step(run, step), {drift_range * run.full_response(step.axis)},
         static_cast<double>(steps.size()),
         about(run, WarningCode::bias_step, {run.order()[step.cut - 1], run.order()[step.cut]}),
-        formatted("with a step of the bias of {} between them",
+        formatted("with a step in the bias of axis {} between them",
                   run.set().axes[static_cast<std::size_t>(step.axis)]));
   }
 }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array saturated_advice = {
     MistakeAdvice{.code = WarningCode::saturated,
-                  .one = "State the range of the axis, or set the instrument to a range that "
+                  .one = "Give the range of the axis, or set the instrument to a range that "
                          "includes the field. A curved response has the same effect."}};
 
 // Returns the fitted response of an axis to the field at each reading, without the bias; n entries.
