@@ -745,7 +745,7 @@ class Guided {
                               const Outputs& outputs) {
     for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
       if (*path == "-") {
-        return;  // a text on stdout could not be replaced later
+        return;  // text written to stdout cannot be replaced later
       }
     }
     try {

@@ -492,10 +492,10 @@ bool has_place_of_unit(const CalibrateCommand& command) {
 void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   const UnitsOfRun& units = batch.units;
   if (command.output && units.size() > 1 && !has_place_of_unit(command)) {
-    throw UsageError(
-        formatted("-o: the readings are of {} units, each with its own record; the file name must "
-                  "contain {}",
-                  units.size(), command.each ? "{file} or {serial}" : "{serial}"));
+    throw UsageError(formatted(
+        "-o: the readings come from {} units, each with its own record; the file name must "
+        "contain {}",
+        units.size(), command.each ? "{file} or {serial}" : "{serial}"));
   }
   std::set<std::filesystem::path> files;
   const auto add = [&](const std::string& path) {

@@ -36,7 +36,8 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
   options.add_flag("--lossy", command.lossy,
                    "write only the parts of the calibration that the format supports, and list the "
                    "lost parts");
-  options.add_flag("--force", command.force, "also export a refused record");
+  options.add_flag("--force", command.force,
+                   "export the record even if its calibration was refused");
   options.add_output(command.output);
 }
 

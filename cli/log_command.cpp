@@ -171,7 +171,8 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
                                "{} -o magnetometer.json",
                                file, columns));
   }
-  return "no accelerometer, gyroscope or magnetometer was recognised by names, units or numbers\n";
+  return "no accelerometer, gyroscope or magnetometer was recognised from the column names, units "
+         "or values\n";
 }
 
 // Returns the command that the user should run next, according to the content of the file.

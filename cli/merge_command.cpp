@@ -118,7 +118,7 @@ int run(const MergeCommand& command) {
 }  // namespace
 
 Subcommand merge_subcommand() {
-  return make_subcommand<MergeCommand>("merge", "join the parts of calibrate --shard", "",
+  return make_subcommand<MergeCommand>("merge", "join the output files of calibrate --shard", "",
                                        &add_options, &run);
 }
 

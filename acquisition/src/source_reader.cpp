@@ -98,7 +98,7 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   const double now = session_seconds();
   if (state_ == LinkState::waiting || state_ == LinkState::lost) {
     alarms.push_back({.code = "unplugged",
-                      .text = message_.empty() ? source_->name() + ": no source is connected"
+                      .text = message_.empty() ? source_->name() + ": not connected"
                                                : message_ + "; the program tries to connect "
                                                             "again"});
   } else if (ended_) {

@@ -52,7 +52,7 @@ struct ReadingSet {
   // the table's frame and independent of the level. Each adds three columns.
   std::vector<std::string> also_kinds;
   std::vector<Eigen::Vector3d> also_in_table;
-  Eigen::VectorXd noise_ratio;  // m: stated ratio of the axes' noise; empty if unknown
+  Eigen::VectorXd noise_ratio;  // m: noise of each axis relative to the others, if given
   bool robust = false;
   bool has_fence = true;                           // value of Observations::has_fence
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // for a transfer: result of seen_directions()

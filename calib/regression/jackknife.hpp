@@ -22,8 +22,8 @@ inline constexpr Eigen::Index jackknife_parts = 10;
 /// Kuensch, Annals of Statistics 17 (1989) 1217-1241 (the jackknife for dependent observations).
 [[nodiscard]] Eigen::MatrixXd block_jackknife_changes(const Linearised& at_solution);
 
-/// Computes standard uncertainties from the changes of block_jackknife_changes(). They have 9
-/// degrees of freedom.
+/// Computes standard uncertainties, with 9 degrees of freedom, from the changes that
+/// block_jackknife_changes() returns.
 /// @param changes  changes of q linear functions of the unknowns, q x 10.
 /// @return q standard uncertainties.
 [[nodiscard]] Eigen::VectorXd jackknife_uncertainty(const Eigen::MatrixXd& changes);

@@ -54,7 +54,7 @@ class JsonSkimmer {
     return true;
   }
 
-  // Moves from the opening quote to behind the closing quote.
+  // Moves from the opening quote to just past the closing quote.
   bool skip_string() {
     std::size_t begin = place_ + 1;
     std::size_t end = text_.find('"', begin);

@@ -78,7 +78,7 @@ void LightField::resolve_sun(FieldResolver& of) const {
                      {settings::site});
   }
   if (!of.is_time_of_day_known()) {
-    return;  // the readings' times are not known yet, or readings have no times
+    return;  // the times of the readings are not known yet, or the readings have none
   }
   of.require_longitude();
   const double at_s = of.reading_time_s().value_or(of.date_s());

@@ -634,8 +634,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
       // Approximate rotations are enough, because label_by_turns() compares them with the design
-      // points. A turn about the vertical does not change gravity, so gravity does not check it
-      // here.
+      // points. Gravity does not determine turns about the vertical.
       TurnFitOptions turn_options = options.turns;
       turn_options.rotations_only = true;
       const TurnFit fit = fit_turns(turns, still, turn_options);

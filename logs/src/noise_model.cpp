@@ -19,17 +19,17 @@ namespace {
 
 constexpr std::size_t kinds = all_noise_kinds.size();
 
-// A set of kinds is a bit mask with one bit for each kind.
+// A set of kinds of noise is a bit mask with one bit for each kind.
 constexpr unsigned all_kinds = (1U << kinds) - 1U;
 
 constexpr unsigned bit_of(NoiseKind kind) {
   return 1U << static_cast<unsigned>(kind);
 }
 
-// The price is a penalty: a kind of noise is added to the model only if it reduces the deviance by
-// more than its price. Without prices, uncertain points would add kinds of noise by chance. For
-// example, flicker noise and a random walk fit a few uncertain points equally well. A ramp has a
-// higher price, because the last points of a random walk look like a ramp.
+// The price of a kind of noise is a penalty. The kind is added to the model only if this reduces
+// the deviance by more than its price. Without prices, uncertain points would add kinds of noise by
+// chance: a few such points are fitted equally well by flicker noise and by a random walk. A ramp
+// has a higher price, because the last points of a random walk look like a ramp.
 constexpr double price_of_a_kind = 8.0;
 constexpr double price_of_a_ramp = 10.0;
 
@@ -44,7 +44,7 @@ double price_of(unsigned set) {
 
 struct Solution {
   Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kinds));
-  double cost = std::numeric_limits<double>::infinity();  // deviance + prices of the kinds
+  double cost = std::numeric_limits<double>::infinity();  // deviance plus prices of the kinds
 };
 
 constexpr std::size_t fewest_points = 3;
@@ -64,9 +64,9 @@ std::vector<AllanPoint> octaves_of(std::span<const AllanPoint> curve) {
   return octaves;
 }
 
-// Return the mean and the variance of ln(chi^2 / nu), where chi^2 has nu degrees of freedom. They
-// are asymptotic expansions of digamma(x) - ln x and of trigamma(x) with x = nu / 2. Their relative
-// error for nu >= 1 is largest at nu = 1, where it is less than 1/12.
+// These functions return the mean and the variance of ln(chi^2 / nu), if chi^2 has nu degrees of
+// freedom. They are asymptotic expansions of digamma(x) - ln x and of trigamma(x) with x = nu / 2.
+// For nu >= 1 their relative error is largest at nu = 1, where it is less than 1/12.
 double mean_of_log(double nu) {
   return -1.0 / nu - 1.0 / (3.0 * nu * nu);
 }
@@ -85,7 +85,7 @@ double freedom_of(const AllanPoint& point) {
 // model is V = A theta, where theta are the squares of the noise coefficients.
 class CurveDeviance {
  public:
-  // @param error  relative error of the model of the variance.
+  // @param error  assumed relative error of the modelled variances.
   CurveDeviance(std::span<const AllanPoint> points, double error)
       : A_(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(kinds)),
         variance_(A_.rows()),
@@ -99,9 +99,9 @@ class CurveDeviance {
         A_(i, static_cast<Eigen::Index>(k)) = allan_variance_of(all_noise_kinds[k], point.tau_s);
       }
     }
-    // The first weights come from the curve. A point with few degrees of freedom may be far too
-    // low and would dominate the fit, so its first weight is made small.
-    constexpr double well_known = 10.0;  // degrees of freedom
+    // The first weights are computed from the variances of the curve. A point with few degrees of
+    // freedom may be far too low and would dominate the fit, so its first weight is made small.
+    constexpr double well_known = 10.0;  // fewest degrees of freedom of a reliable point
     start_ = variance_;
     for (Eigen::Index i = 0; i < A_.rows(); ++i) {
       if (freedom_of(points[static_cast<std::size_t>(i)]) < well_known) {
@@ -112,8 +112,10 @@ class CurveDeviance {
 
   [[nodiscard]] const Eigen::MatrixXd& A() const { return A_; }
 
-  // Finds the set of allowed kinds with the smallest sum of deviance and price.
-  // @param fixed  squares of the given coefficients; 0 for those that are not given.
+  // Fits all sets of the allowed kinds, and returns the solution with the smallest sum of deviance
+  // and price.
+  // @param fixed  squares of the coefficients that are held fixed; 0 for the others.
+  // @param price  function that returns the price of a set.
   template <typename Price>
   [[nodiscard]] Solution least(unsigned allowed,
                                const Eigen::VectorXd& fixed,
@@ -138,9 +140,9 @@ class CurveDeviance {
     return (nu_.array() * (x - x.log() - 1.0)).sum();
   }
 
-  // Minimises the deviance of a set of kinds by Fisher scoring.
-  // @param given  for each point the sum of the variances of the fixed kinds.
-  // @return nullopt if a coefficient is negative or not determined.
+  // Minimises the deviance over the coefficients of a set of kinds by Fisher scoring.
+  // @param given  for each point, the sum of the modelled variances of the fixed kinds.
+  // @return nullopt if a coefficient is negative or not determined by the points.
   [[nodiscard]] std::optional<Solution> scored(unsigned set, const Eigen::VectorXd& given) const {
     std::vector<Eigen::Index> columns;
     for (std::size_t k = 0; k < kinds; ++k) {
@@ -191,7 +193,8 @@ class CurveDeviance {
     return solution;
   }
 
-  // Solves the weighted least squares problem. The weights come from the variances V.
+  // Solves a weighted least-squares problem for the squares of the coefficients.
+  // @param V  variances at the points, from which the weights are computed.
   [[nodiscard]] std::optional<Eigen::VectorXd> step(const Eigen::MatrixXd& own,
                                                     const Eigen::VectorXd& given,
                                                     const Eigen::VectorXd& V) const {
@@ -206,18 +209,18 @@ class CurveDeviance {
     return qr.solve(weights.cwiseProduct(variance_ - given)).cwiseQuotient(lengths);
   }
 
-  Eigen::MatrixXd A_;         // n x kinds: variances at the points for coefficients of 1
-  Eigen::VectorXd variance_;  // n: variances of the curve
-  Eigen::VectorXd nu_;        // n: degrees of freedom, reduced for the error of the model
-  Eigen::VectorXd start_;     // n: variances for the first weights
+  Eigen::MatrixXd A_;         // modelled variances for coefficients of 1; points x kinds
+  Eigen::VectorXd variance_;  // Allan variances of the curve
+  Eigen::VectorXd nu_;        // degrees of freedom, reduced for the error of the model
+  Eigen::VectorXd start_;     // variances from which the first weights are computed
 };
 
-// A fit of the kinds to points of a curve.
+// A fit of the kinds of noise to points of a curve.
 struct CurveFit {
   std::vector<AllanPoint> points;
   Solution solution;
-  double error = 0.0;        // relative error of the model of the variance
-  double chi_squared = 0.0;  // sum of the squared residuals in logarithms / their variances
+  double error = 0.0;        // assumed relative error of the modelled variances
+  double chi_squared = 0.0;  // sum of squared logarithmic residuals, each divided by its variance
   double dof = 0.0;
   double p_value = 0.0;
 };
@@ -247,7 +250,8 @@ CurveFit fit_curve(std::span<const AllanPoint> points, double error) {
   return fit;
 }
 
-// Finds by bisection the error of the model for which chi^2 equals its degrees of freedom.
+// Fits the curve with the error of the model for which chi^2 equals its degrees of freedom. The
+// error is found by bisection.
 CurveFit with_model_error(std::span<const AllanPoint> points) {
   double low = 0.0;
   double high = 1e-3;
@@ -274,19 +278,19 @@ CurveFit with_model_error(std::span<const AllanPoint> points) {
   return fit;
 }
 
-// White noise that a stretch of the curve shows.
+// The coefficient of white noise, determined from a stretch of the curve.
 struct WhiteStretch {
   double coefficient = 0.0;  // N
   double relative_sd = 0.0;
 };
 
-// Finds the longest stretch over which tau times the variance is constant.
+// Finds the longest stretch of a curve over which tau times the Allan variance is constant.
 std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
-  constexpr double shortest = 12.0;  // smallest ratio of its last tau to its first
-  constexpr double of_model = 0.06;  // relative error of the variance; 3 % for the deviation
+  constexpr double shortest = 12.0;  // smallest ratio of last to first tau
+  constexpr double of_model = 0.06;  // assumed relative error of the variance
   constexpr double steepest = 0.2;   // largest slope of ln(tau * variance) over ln(tau)
   constexpr double by_chance = 0.05;
-  constexpr double least_sd = 0.025;  // least relative sd of N: the 95 % interval is +-5 % or more
+  constexpr double least_sd = 0.025;  // smallest relative sd of N; its interval is then +-5 %
   std::optional<WhiteStretch> found;
   double longest = shortest;
   for (std::size_t first = 0; first < points.size(); ++first) {
@@ -328,14 +332,14 @@ std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
   return found;
 }
 
-// Computes the interval of one coefficient from the profile of the deviance. The profile is the
-// smallest deviance for each value of the coefficient, over all values of the other coefficients
-// and all sets of the other kinds. For independent points, the deviance at the ends of a 95 %
-// interval is 3.84 above its minimum. The points of a curve are correlated, so higher limits
-// are used (rise_of()).
+// Computes the interval of one coefficient from the profile of the deviance. For each value of this
+// coefficient, the profile is the smallest deviance over all values of the other coefficients and
+// all sets of the other kinds. For independent points, the deviance at the ends of a 95 % interval
+// is 3.84 above its minimum. The points of a curve are correlated, so larger rises are used
+// (rise_of()).
 class Profile {
  public:
-  // @param fixed  squares of the given coefficients; 0 for those that are not given.
+  // @param fixed  squares of the coefficients that are held fixed; 0 for the others.
   Profile(const CurveDeviance& deviance, NoiseKind kind, const Eigen::VectorXd& fixed)
       : deviance_(deviance), kind_(kind), fixed_(fixed) {
     for (const NoiseKind one : all_noise_kinds) {
@@ -346,8 +350,8 @@ class Profile {
     least_ = best.cost;
   }
 
-  // @param rise   largest rise of the deviance.
-  // @param scale  where the search starts: the square of a plausible coefficient.
+  // @param rise   largest rise of the deviance above its minimum.
+  // @param scale  square of a plausible coefficient, at which the search starts.
   // @return the largest square of the coefficient for which the deviance rises by at most `rise`.
   [[nodiscard]] double upper(double rise, double scale) const {
     double inside = best_;
@@ -394,13 +398,13 @@ class Profile {
   NoiseKind kind_;
   Eigen::VectorXd fixed_;
   unsigned others_ = 0;
-  double best_ = 0.0;  // square of the best coefficient
+  double best_ = 0.0;  // square of the coefficient with the smallest deviance
   double least_ = 0.0;
 };
 
 // @param is_found  true if the fitted coefficient is positive.
-// @return the difference between the deviance at the ends of a 95 % interval and its minimum. It
-//         was found by simulations with 3e4 and 1e5 samples, in which at least 93 % of the
+// @return how far the deviance at the ends of a 95 % interval is above its minimum. The numbers
+//         were found by simulations with 3e4 and 1e5 samples, in which at least 93 % of the
 //         intervals contained the true value.
 double rise_of(NoiseKind kind, bool is_found) {
   switch (kind) {
@@ -416,10 +420,11 @@ double rise_of(NoiseKind kind, bool is_found) {
   return is_found ? 10.0 : 12.0;
 }
 
-// @param fixed  squares of the given coefficients; 0 for those that are not given.
+// Computes the coefficients and their intervals from a fit.
+// @param fixed  squares of the coefficients that were held fixed; 0 for the others.
 NoiseModel model_of(const CurveFit& fit, const Eigen::VectorXd& fixed) {
-  // If the kinds of noise do not describe the curve, the half width of an interval is at least 10
-  // %, because the coefficients of resampled records scatter by 10 %.
+  // If the kinds of noise do not describe the curve, the half-width of an interval is at least one
+  // tenth of the value, because the coefficients of resampled records scatter by this much.
   const double shortest_half_width = fit.error > 0.0 ? 0.1 : 0.0;
   NoiseModel model{.p_value = fit.p_value,
                    .from_tau_s = fit.points.front().tau_s,
@@ -494,7 +499,7 @@ NoiseModel fit_noise(std::span<const AllanPoint> curve) {
   for (std::size_t left_out = 0; left_out <= most_left_out && !(best.p_value > by_chance);
        ++left_out) {
     CurveFit fit = fit_curve(all.subspan(left_out), 0.0);
-    if (left_out == 0 || fit.dof >= 1.0) {  // a fit with 0 degrees of freedom cannot be tested
+    if (left_out == 0 || fit.dof >= 1.0) {  // without degrees of freedom a fit cannot be tested
       best = std::move(fit);
     }
   }
@@ -566,7 +571,7 @@ Dwell best_dwell(std::span<const AllanPoint> curve) {
   if (curve.empty()) {
     throw DomainError("best_dwell: the curve is empty");
   }
-  constexpr double well_known = 20.0;  // degrees of freedom
+  constexpr double well_known = 20.0;  // fewest degrees of freedom of a reliable point
   std::size_t known = 0;
   while (known < curve.size() && curve[known].degrees_of_freedom >= well_known) {
     ++known;

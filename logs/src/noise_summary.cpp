@@ -15,7 +15,8 @@
 namespace axiscal {
 namespace {
 
-// The unit of data sheets, and the factor to it from SI units with seconds and hertz.
+// A unit of data sheets, and the factor that converts a coefficient from SI units (with seconds and
+// hertz) to it.
 struct SheetUnit {
   double factor = 1.0;
   const char* name = "";
@@ -89,8 +90,8 @@ SheetNoise sheet_noise(const ColumnNoise& column, NoiseKind kind) {
 
 std::string sheet_text(const SheetNoise& noise) {
   if (noise.value > 0.0) {
-    // The numbers are rounded to the second digit of the interval's width, but to no more than four
-    // significant digits.
+    // The numbers are rounded to the second significant digit of the interval's width. They have at
+    // most four significant digits.
     const double fourth = std::pow(10.0, std::floor(std::log10(noise.high)) - 2.0);
     const double place = std::max(noise.high - noise.low, fourth);
     return formatted("{} [{}, {}]", rounded_value(noise.value, place),
@@ -119,7 +120,7 @@ std::string noise_summary(const LogNoise& noise) {
                         "K random walk", "", units);
       units_above = units;
     }
-    // The end of a long name is more specific than its beginning.
+    // Of a long name only the end is shown, because it is more specific than the beginning.
     const std::string name = one.name.size() > longest
                                  ? ".." + one.name.substr(one.name.size() - longest + 2)
                                  : one.name;

@@ -10,8 +10,8 @@
 namespace axiscal {
 namespace {
 
-// The modified Allan variance. Each inner sum of m second differences is computed from the sum
-// before it.
+// Computes the modified Allan variance. Each inner sum of m second differences is updated from the
+// previous sum.
 double modified_variance(std::span<const double> x, std::size_t m, double tau) {
   const std::size_t terms = x.size() - 3 * m + 1;
   double inner = 0.0;

@@ -5,8 +5,8 @@
 
 namespace axiscal {
 
-/// Computes the running sum of the samples without their mean, times 1 / rate. This is the phase
-/// after each sample; the phase before the first sample is 0.
+/// Subtracts the mean from the samples, and computes their running sum divided by the rate. The
+/// result is the phase after each sample; the phase before the first sample is 0.
 /// @param phase  receives one phase for each sample; it may be `samples` itself.
 /// @throws DomainError  if a sample is not finite; the output then stays unchanged.
 void put_phase(std::span<const double> samples, double rate_hz, std::span<double> phase);

@@ -23,7 +23,7 @@
 namespace axiscal {
 namespace {
 
-Eigen::Vector3d up_of(Face rest) {  // up is opposite to the face on the table
+Eigen::Vector3d up_of(Face rest) {  // up points away from the face on the table
   const bool is_plus = static_cast<int>(rest) % 2 == 0;
   return (is_plus ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis_of(rest));
 }
@@ -40,7 +40,8 @@ std::optional<Face> face_member(const JsonValue& region, const char* name) {
   return face;
 }
 
-// @return the region for one of imucal's names: "x_p", "y_a", "z_rot".
+// @return the region that a name of the library imucal states, such as "x_p", "y_a" or "z_rot";
+//         nullopt for other names.
 std::optional<Region> region_called(std::string_view name) {
   if (name.size() < 3 || name[1] != '_' || name[0] < 'x' || name[0] > 'z') {
     return std::nullopt;
@@ -64,7 +65,7 @@ std::optional<Region> region_called(std::string_view name) {
   return std::nullopt;
 }
 
-// The samples of a region, from `first` to `end` - 1.
+// The numbers of the samples of a region: from `first` to `end` - 1.
 struct Part {
   std::size_t first = 0, end = 0;
 };
@@ -289,15 +290,15 @@ class RegionCalibrator {
     result_.accelerometer.provenance.slot = "accelerometer";
   }
 
-  // @return the mean of the gyroscope over the rests in which gravity has the same direction as in
-  //         a turn, or over all rests if there are no such rests.
+  // @return the mean of the gyroscope over the rests in which gravity has nearly the same direction
+  //         as during a turn. If there are no such rests, the mean over all rests.
   [[nodiscard]] Eigen::Vector3d rest_like(const KnownRegion& turn) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double count = 0.0;
     const Eigen::Vector3d gravity = reader_.mean(options_.accelerometer, turn.part);
     const Eigen::Vector3d middle = result_.accelerometer.sensor.response.bias;
     for (const KnownRegion& rest : rests_) {
-      constexpr double nearly = 0.9;  // cosine of the largest angle
+      constexpr double nearly = 0.9;  // cosine of the largest angle between the two directions
       const Eigen::Vector3d there = reader_.mean(options_.accelerometer, rest.part) - middle;
       const bool is_alike = there.normalized().dot((gravity - middle).normalized()) > nearly;
       if (is_alike) {
@@ -320,7 +321,8 @@ class RegionCalibrator {
       observations.readings[i].field_in_sensor = Eigen::Vector3d::Zero();
       if (parts[i].region->kind == Region::Kind::turn) {
         const auto row = static_cast<Eigen::Index>(i);
-        // Replaces the bias in the attitude of this turn by the mean bias of all rests.
+        // The bias depends on the attitude. This replaces the bias in the attitude of the turn by
+        // the mean bias over all rests.
         observations.response.row(row) -= (rest_like(parts[i]) - mean_rest_).transpose();
         observations.readings[i].field_in_sensor =
             rate_of(parts[i], observations.response.row(row).transpose() - mean_rest_);
@@ -344,8 +346,8 @@ class RegionCalibrator {
     result_.gyroscope = std::move(record);
   }
 
-  // @param readings  mean of the gyroscope during the turn, without its bias.
-  // @return the mean rate of the turn in the cube's frame [rad/s].
+  // @param readings  mean of the gyroscope during the turn, after subtraction of its bias.
+  // @return the mean angular rate during the turn, in the cube's frame [rad/s].
   [[nodiscard]] Eigen::Vector3d rate_of(const KnownRegion& turn,
                                         const Eigen::Vector3d& readings) const {
     const Region& region = *turn.region;

@@ -36,7 +36,7 @@ std::vector<GyroscopeTurn> RestTurns::turns(const Segmentation& rests,
         std::any_of(begins_.begin(), begins_.end(),
                     [&](std::size_t begin) { return begin > first && begin < first + count; });
     if (spans_recordings) {
-      continue;  // the turn between two recordings is not in the log
+      continue;  // the turn from one recording to the next was not recorded
     }
     if (!is_whole(first, count)) {
       ++left_out;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t fewest_samples = 30;
 
-// @return the numbers of the samples at which another block begins.
+// @return the numbers of the samples that are the first of a block, except the first block.
 std::vector<std::size_t> begins_of(const Observations& samples) {
   std::vector<std::size_t> begins;
   for (std::size_t i = 1; i < samples.readings.size(); ++i) {
@@ -30,7 +30,8 @@ std::vector<std::size_t> begins_of(const Observations& samples) {
   return begins;
 }
 
-// @return samples per second; nullopt if fewer than half of the samples have increasing times.
+// @return the number of samples per second; nullopt if fewer than half of the samples have a time
+//         later than that of the sample before.
 std::optional<double> rate_of(const Observations& samples) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < samples.readings.size(); ++i) {
@@ -46,8 +47,9 @@ std::optional<double> rate_of(const Observations& samples) {
   return 1.0 / upper_median(std::move(steps));
 }
 
-// @return the length of the detector's window [samples]. It is half a second, or a hundredth of all
-//         samples if they have no times, and at most a third of the mean length of a block.
+// @return the number of samples in the detector's window, which is odd. The window is half a
+//         second, or a hundredth of all samples if their rate is not known. It has at most a third
+//         of the mean number of samples of a block.
 std::size_t window_of(const Observations& samples,
                       const std::vector<std::size_t>& begins,
                       const std::optional<double>& rate_hz) {
@@ -124,8 +126,8 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
   } catch (const Error&) {
     return std::nullopt;  // no rest
   }
-  // An interval is a slow motion, not a rest, if its samples scatter by more than 5 % of half the
-  // largest range of a column.
+  // Intervals with slow motion are not rests. Their samples have a standard deviation of more than
+  // 2.5 % of the largest range of a column.
   const Eigen::VectorXd range =
       samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
   const double largest = 0.05 * 0.5 * range.maxCoeff();

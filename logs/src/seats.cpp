@@ -30,8 +30,8 @@ std::string seen_name(const std::optional<Face>& face) {
   return face ? "rest " + std::string(face_name(*face)) : "no face, because it lies on an edge";
 }
 
-// @return the two fence faces that the standard design has for a rest face: + and - of the next
-//         axis.
+// @return the two fence faces that the standard design has for a rest face. These are the faces +
+//         and - of the next axis.
 std::array<Face, 2> standard_fences(Face rest) {
   const int next = (axis_of(rest) + 1) % 3;
   return {face_of(next, true), face_of(next, false)};
@@ -53,10 +53,10 @@ Eigen::Matrix3d rotation_positioner_from_table(const DesignPoint& point) {
   return Positioner().rotation_table_from_positioner(point).transpose();
 }
 
-// @param face   rest face of the first labelled rest.
-// @param first  its label, if it is known.
-// @return the label of that rest: `first`, or a label with the rest face `face`; nullopt if neither
-//         is known.
+// @param face   rest face of a rest, if it is known.
+// @param first  label of this rest, if it is known.
+// @return `first`; if it is not known, a label with the rest face `face`; nullopt if neither is
+//         known.
 std::optional<DesignPoint> start_of(const std::optional<Face>& face,
                                     const std::optional<DesignPoint>& first) {
   if (first) {
@@ -103,8 +103,8 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
                     "xyz"[axis]));
     }
   }
-  // With rests on all six faces, all vectors have a length of 1. If some axis was not reversed, the
-  // middle of its extremes is wrong, and the vectors are longer.
+  // With rests on all six faces, all vectors have a length of about 1. If an axis did not point
+  // both up and down, the midpoint of its extremes is not its bias, and the vectors are longer.
   const Eigen::MatrixX3d ups = approximate_up_directions(means);
   const Eigen::VectorXd lengths = ups.rowwise().norm();
   if (upper_median({lengths.begin(), lengths.end()}) > 1.3) {
@@ -128,8 +128,8 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
                           const std::vector<RunSheetRow>& sheet) {
   const std::size_t n = faces.size();
   const std::size_t m = sheet.size();
-  // cost[i][j] is the smallest cost of aligning the first i rests with the first j rows. A rest or
-  // a row that is left out costs 1, and a rest on another face than that of its row costs 1.5.
+  // cost[i][j] is the smallest cost of aligning the first i rests with the first j rows. Each rest
+  // or row that is left out costs 1. Each rest whose face differs from that of its row costs 1.5.
   const auto misfit = [&](std::size_t i, std::size_t j) {
     return faces[i] == sheet[j].entry.point.rest() ? 0.0 : 1.5;
   };
@@ -146,7 +146,7 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
   }
   SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(n),
                     .rows = std::vector<std::optional<std::size_t>>(n)};
-  std::vector<std::string> messages;  // from the last rest to the first
+  std::vector<std::string> messages;  // in order from the last rest to the first
   std::size_t i = n;
   std::size_t j = m;
   while (i > 0 || j > 0) {
@@ -206,8 +206,8 @@ SeatLabels label_in_order(const std::vector<RunSheetRow>& sheet) {
   return labels;
 }
 
-// @return the labels from an accelerometer's faces if at least three quarters of them agree with
-//         the sheet; otherwise nullopt.
+// @return labels from the rest faces, if the columns can be those of an accelerometer and at least
+//         three quarters of the faces agree with the sheet; otherwise nullopt.
 std::optional<SeatLabels> labels_by_most_faces(const Eigen::MatrixXd& means,
                                                const std::vector<RunSheetRow>& sheet) {
   if (means.cols() != 3) {
@@ -238,7 +238,7 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
   }
   constexpr double largest_misfit = 0.02;
   const bool as_many = static_cast<std::size_t>(means.rows()) == sheet.size();
-  // If the order cannot be tested, the faces determine the labels.
+  // If the order cannot be tested, `misfit` is NaN, and the faces determine the labels.
   const double misfit =
       as_many ? misfit_of_order(means, sheet).value_or(not_a_number) : not_a_number;
   std::optional<SeatLabels> by_faces = labels_by_most_faces(means, sheet);
@@ -272,7 +272,7 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
   constexpr double farthest_rad = 30.0 * rad_per_deg;
   SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(faces.size())};
   std::optional<DesignPoint> last;
-  // Rotation from the sensor's frame at this rest to its frame at the last labelled rest.
+  // Rotation from the sensor's frame at the current rest to its frame at the last labelled rest.
   Eigen::Matrix3d since = Eigen::Matrix3d::Identity();
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (i > 0) {

@@ -23,14 +23,14 @@ std::string counted(std::size_t count, const char* one, const char* many) {
   return formatted("{} {}", count, count == 1 ? one : many);
 }
 
-// Converts times to seconds, and finds samples at which the times are not continuous.
+// Converts times to seconds, and finds gaps and backward jumps in them.
 class Clock {
  public:
   Clock(const std::string& path, const SegmentOptions& options)
       : path_(path), rate_hz_(options.rate_hz.value_or(0.0)), window_s_(options.window_s) {}
 
-  // Determines the usual step from the first block.
-  // @param seconds  seconds per unit of the times.
+  // Determines the usual time step from the first block.
+  // @param seconds  seconds per unit of `times`.
   void learn(const std::vector<double>& times, double seconds) {
     seconds_ = seconds;
     if (rate_hz_ > 0.0) {
@@ -47,7 +47,8 @@ class Clock {
 
   [[nodiscard]] double rate_hz() const { return 1.0 / step_; }
 
-  // Fills `time_s`, and marks the samples before which the times are not continuous as broken.
+  // Computes the times of a block in seconds. Marks a sample in `broken` if its time is missing, or
+  // if there is a gap or a backward jump before it.
   void run(const std::vector<double>* column,
            std::size_t count,
            std::vector<double>& time_s,
@@ -67,8 +68,8 @@ class Clock {
         const double step = t - last_;
         if (samples_ > 0 && step <= 0.0) {
           ++(step < 0.0 ? decreasing : repeated);
-          // A repeated time comes from a coarse clock. A decreasing time is the start of another
-          // recording.
+          // A repeated time is due to a coarse clock. A decreasing time means that another
+          // recording begins.
           broken[i] = step < 0.0 ? 1 : broken[i];
         } else if (samples_ > 0 && step > longest_step_ && !went_back_) {
           ++gaps;
@@ -97,8 +98,8 @@ class Clock {
 };
 
 // Replaces missing numbers by the last value of the column, so that sums stay finite. A missing
-// number ends a rest only in the columns by which rests are detected. In other columns, for example
-// those of a slower sensor, it does not.
+// number ends a rest only if it is in a column by which rests are detected. In other columns, such
+// as those of a slower sensor, numbers may be missing.
 class Repair {
  public:
   Repair(const SegmentOptions& options,
@@ -133,7 +134,7 @@ class Repair {
     }
   }
 
-  // @return true if a column contains a number; otherwise it is text.
+  // @return true if a number was found in a column; otherwise the column contains text.
   [[nodiscard]] bool has_numbers(std::size_t column) const { return found_[column] != 0; }
 
   std::size_t missing = 0;
@@ -153,7 +154,7 @@ std::vector<std::string> marks_of(const StaticInterval& interval,
     return std::any_of(detection.begin(), detection.end(),
                        [&](std::size_t c) { return is_so(static_cast<Eigen::Index>(c)); });
   };
-  // A drift is marked if it is significant and larger than the noise.
+  // A drift is marked if it is larger than five standard errors and larger than the noise.
   if (any([&](Eigen::Index c) {
         const double variance =
             interval.sd(c) * interval.sd(c) - interval.drift(c) * interval.drift(c) / 12.0;
@@ -241,7 +242,7 @@ void warn_of_marks(Segmentation& result) {
   }
 }
 
-// @return the largest difference between two means in one column.
+// @return the largest difference between the means of two rests in one of the columns.
 double largest_spread(const std::vector<StaticInterval>& intervals,
                       const std::vector<std::size_t>& columns) {
   double largest = 0.0;
@@ -257,7 +258,7 @@ double largest_spread(const std::vector<StaticInterval>& intervals,
   return largest;
 }
 
-// The columns that are selected from a log: all columns except the times, and then the times.
+// The columns that are selected from a log. All other columns come before the column of times.
 struct SelectedColumns {
   TimeColumn times;
   bool has_times = false;
@@ -320,7 +321,7 @@ DetectorOptions detector_options(const SegmentOptions& options,
           .threshold = options.threshold};
 }
 
-// If a knock has split a rest, only the longer part is kept.
+// Keeps only the longer part of each rest that was split by a knock.
 void join_rests(const SegmentOptions& options,
                 const std::vector<std::size_t>& attitude,
                 Segmentation& result) {
@@ -333,10 +334,11 @@ void join_rests(const SegmentOptions& options,
   }
 }
 
-// Reads the blocks of a log. A thread reads the next blocks while the current ones are used.
+// Reads the blocks of a log in advance: a thread reads the next blocks while the current ones are
+// processed.
 class BlocksAhead {
  public:
-  // Only the first block is read at the start, without a thread.
+  // The first block is read on its own and without a thread, because the log may be short.
   explicit BlocksAhead(LogFile& log) : log_(log) { read(1, false); }
 
   // @return the number of rows; 0 at the end.
@@ -344,8 +346,8 @@ class BlocksAhead {
     if (used_ == blocks_.size()) {
       blocks_ = reading_.get();
       used_ = 0;
-      // A thread reads the next batch only after a whole batch. The first batch is one block,
-      // because the log may be short; a later batch that is smaller is the last one.
+      // A thread is used only if the last batch was complete. The first batch is a single block,
+      // and a later batch with fewer blocks is the last one.
       read(batch, blocks_.size() == batch);
     }
     if (blocks_.empty()) {
@@ -385,8 +387,8 @@ class BlocksAhead {
   std::future<std::vector<Block>> reading_;  // its destructor waits for the thread
 };
 
-// Marks as broken the samples that `options` leave out, and the first of each further recording.
-// @param first  number of the first sample of the block in the log.
+// Marks as broken the samples in `options.left_out` and the first sample of each further recording.
+// @param first  number in the log of the first sample of the block.
 void break_samples(const SegmentOptions& options, std::size_t first, std::vector<char>& broken) {
   const std::size_t end = first + broken.size();
   for (const auto& [from, to] : options.left_out) {
@@ -489,7 +491,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
 
 namespace {
 
-// @return the names of the parts of the field that have their own levels in a sheet.
+// @return the names of the parts of an induced field that have levels of their own in a sheet.
 std::set<std::string> parts_with_levels(const std::vector<RunSheetRow>& sheet) {
   std::set<std::string> parts;
   for (const RunSheetRow& row : sheet) {
@@ -571,7 +573,8 @@ std::string segmentation_csv(const Segmentation& segmentation,
 
 namespace {
 
-// @return a matrix with one number for each rest and each of some columns.
+// @return a matrix of numbers, with a row for each rest and a column for each name in `columns`.
+// @param number  function that returns the number for a rest and a position in its mean.
 template <typename Number>
 Eigen::MatrixXd by_rests(const Segmentation& segmentation,
                          const std::vector<std::string>& columns,

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-// Sums over a part of a column x, with u_i = x_i - reference: the sums of u_i, u_i^2, u_i u_(i+1)
-// and i u_i, and the number of samples that differ from the sample before them.
+// Sums over a part of a column x with u_i = x_i - reference. The members are the sums of u_i,
+// u_i^2, u_i u_(i+1) and i u_i, and the number of samples that differ from the sample before them.
 struct Sums {
   double u = 0.0;
   double uu = 0.0;
@@ -25,8 +25,8 @@ struct Sums {
   double changes = 0.0;
 };
 
-// The sums of one column from the start of the current block to each of its samples. The reference
-// is the first value of the block.
+// Prefix sums of one column: the Sums from the start of the buffer up to each sample. The reference
+// is the first value in the buffer.
 class Prefix {
  public:
   void make(const std::vector<double>& x, std::size_t count) {
@@ -59,8 +59,8 @@ class Prefix {
     changes_[count] = sums.changes;
   }
 
-  // @return the sums over the samples begin .. end - 1, converted to another reference; the index i
-  //         in the sum of i u_i is 0 at the sample `origin`.
+  // @return the sums over the samples begin .. end - 1, converted to another reference. In the sum
+  //         of i u_i, the index i is counted from the sample `origin`.
   [[nodiscard]] Sums between(std::size_t begin,
                              std::size_t end,
                              double reference,
@@ -86,13 +86,13 @@ class Prefix {
   std::vector<double> u_, uu_, lag_, iu_, changes_;
 };
 
-// A run of still samples that may still be extended.
+// A sequence of samples at rest, to which further samples may be added.
 struct StillSpan {
   std::size_t first = 0;
   std::size_t end = 0;
   double start_s = 0.0;
   double end_s = 0.0;
-  double motion = 0.0;  // sum of joined variances
+  double motion = 0.0;  // sum of the joined variances
   double loudest = 0.0;
   std::vector<double> reference;  // first value of each column
   std::vector<double> last;       // last value of each column
@@ -115,7 +115,7 @@ StaticInterval interval_of(const StillSpan& run) {
   for (Eigen::Index c = 0; c < columns; ++c) {
     const auto at = static_cast<std::size_t>(c);
     const Sums& sums = run.sums[at];
-    if (sums.changes == 0.0) {  // exact values, not affected by rounding
+    if (sums.changes == 0.0) {  // a constant column: exact results, without rounding errors
       interval.mean(c) = run.reference[at];
       interval.sd(c) = 0.0;
       interval.effective_samples(c) = n;
@@ -129,9 +129,9 @@ StaticInterval interval_of(const StillSpan& run) {
     const double spread = n * (n * n - 1.0) / 12.0;
     const double slope = n > 1.0 ? (sums.iu - 0.5 * (n - 1.0) * sums.u) / spread : 0.0;
     interval.drift(c) = slope * (n - 1.0);
-    // `products` is the sum of (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs of neighbours. Its
-    // formula uses that the first u is 0. A drift contributes `drifted` to `products` and to
-    // `squares`. This part is subtracted, because it is not noise.
+    // `products` is the sum of (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs of neighbours; the
+    // first u is 0. A drift adds `drifted` to both `products` and `squares`. This is subtracted
+    // from both, because a drift is not noise.
     const double last = run.last[at] - run.reference[at];
     const double products = sums.lag - mean * (2.0 * sums.u - last) + (n - 1.0) * mean * mean;
     const double drifted = slope * slope * spread;
@@ -206,8 +206,8 @@ class StaticDetector::Stream {
 
   [[nodiscard]] std::size_t half() const { return options_.window / 2; }
 
-  // Processes the samples emitted_ .. to - 1 of the buffer, and then removes those that no window
-  // needs.
+  // Processes the samples emitted_ .. to - 1 of the buffer. Then removes the samples that no later
+  // window needs.
   void process(std::size_t to, bool is_last) {
     find_motion(is_last);
     for (std::size_t c = 0; c < samples_.size(); ++c) {
@@ -225,8 +225,8 @@ class StaticDetector::Stream {
     drop();
   }
 
-  // Computes the joined variance about each sample, and the largest one within `trim` samples of
-  // it.
+  // Computes for each sample the joined variance (motion_), and the largest joined variance within
+  // `trim` samples of it (loudness_).
   void find_motion(bool is_last) {
     const std::size_t n = time_s_.size();
     const std::size_t window = std::min(options_.window, n);
@@ -255,7 +255,8 @@ class StaticDetector::Stream {
         motion_[i] = infinite;
       } else if (motion_[i] < infinite) {
         largest_ = std::max(largest_, motion_[i]);
-        // If coarse readings do not change, the computed variance contains only rounding errors.
+        // If the readings in a window are all equal, the computed variance is only a rounding
+        // error.
         constexpr double rounding = 1e-12;
         motion_[i] = motion_[i] < rounding * largest_ ? 0.0 : motion_[i];
       }
@@ -263,11 +264,11 @@ class StaticDetector::Stream {
     widen(n);
   }
 
-  // Computes loudness_, the largest motion within +- trim samples, as the maximum of two
-  // overlapping halves (van Herk).
+  // Computes loudness_, which is the largest motion_ within +- trim samples, by the algorithm of
+  // van Herk: it is the maximum over the end of one section and the start of the next.
   void widen(std::size_t n) {
     const std::size_t width = 2 * options_.trim + 1;
-    const auto at = [&](std::size_t i) {  // motion; 0 beyond the ends
+    const auto at = [&](std::size_t i) {  // motion_, or 0 beyond the ends
       return i < options_.trim || i - options_.trim >= n ? 0.0 : motion_[i - options_.trim];
     };
     const std::size_t padded = n + width - 1;
@@ -298,8 +299,9 @@ class StaticDetector::Stream {
       if (detectors_.contains(level)) {
         continue;
       }
-      // If the new level is below all others, no earlier sample was below its threshold. If it is
-      // above all others, or is the first level, all earlier samples except broken ones were below.
+      // If the new level is below all others, no earlier sample was below its threshold, so it
+      // starts without an interval. If it is above all others, or the first level, all earlier
+      // samples except broken ones were below its threshold, as for everything_.
       Detector detector;
       if (first || level > detectors_.rbegin()->first) {
         detector = everything_;
@@ -307,7 +309,7 @@ class StaticDetector::Stream {
       detector.threshold = std::exp2(0.5 * level);
       detectors_.emplace(level, std::move(detector));
     }
-    // Adds the levels that are missing between those of different blocks.
+    // Adds the levels between those of earlier blocks and those of this block.
     for (int level = detectors_.begin()->first; level < detectors_.rbegin()->first; ++level) {
       if (!detectors_.contains(level)) {
         Detector detector = std::prev(detectors_.upper_bound(level))->second;
@@ -317,10 +319,10 @@ class StaticDetector::Stream {
     }
   }
 
-  // Computes values that all detectors use: the extremes of each stretch of 64 samples, and for
-  // each sample the sum of motion_ over the samples before it in the block. The sums exclude
-  // samples with infinite motion, because these are never still.
-  // @return the extremes of the loudness in the block, without values of 0 and infinity.
+  // Computes values that all detectors use. These are the extremes of each stretch of 64 samples
+  // and, for each sample, the sum of motion_ over the samples before it in the block. The sums
+  // exclude samples with infinite motion, because these are never at rest.
+  // @return the smallest and the largest loudness in the block, without values of 0 and infinity.
   Extremes survey(std::size_t to) {
     Extremes audible{.quietest = infinite};
     stretches_.clear();
@@ -343,8 +345,8 @@ class StaticDetector::Stream {
     return audible;
   }
 
-  // @return the first sample from `i` on whose state (still or not) differs from `still`; `to` if
-  //         there is no such sample.
+  // @return the first sample from `i` on whose state differs from `still`; `to` if there is none. A
+  //         sample is still if its loudness is below the threshold.
   [[nodiscard]] std::size_t end_of_state(std::size_t i,
                                          std::size_t to,
                                          double threshold,
@@ -442,8 +444,8 @@ class StaticDetector::Stream {
   }
 
   DetectorOptions options_;
-  std::size_t base_ = 0;     // number in the log of the first sample in the buffer
-  std::size_t emitted_ = 0;  // number of samples of the buffer that were processed
+  std::size_t base_ = 0;     // number of the buffer's first sample in the log
+  std::size_t emitted_ = 0;  // number of samples in the buffer that have been processed
   double largest_ = 0.0;     // largest joined variance so far
   std::vector<double> time_s_;
   std::vector<char> broken_;
@@ -452,7 +454,7 @@ class StaticDetector::Stream {
   std::vector<double> motion_, loudness_, forward_, backward_;
   std::vector<Extremes> stretches_;
   std::vector<double> motion_before_;
-  std::map<int, Detector> detectors_;  // by level; the threshold of a level is 2^(level / 2)
+  std::map<int, Detector> detectors_;  // detectors by level; the threshold is 2^(level / 2)
   Detector everything_;
 };
 
@@ -475,15 +477,15 @@ std::vector<IntervalSet> StaticDetector::finish() {
 std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
   const auto count = [&](std::size_t i) { return static_cast<double>(sets[i].intervals.size()); };
   std::size_t best = sets.size() - 1;
-  // If the variance stays within a factor of 16, the whole log is one rest.
+  // If the joined variance stays within a factor of about 16, the whole log is one rest.
   constexpr std::size_t levels_of_noise = 8;
   if (sets.size() - 1 <= levels_of_noise) {
     return best;
   }
-  // A plateau is a range of thresholds with nearly the same number of rests. The lowest plateau
-  // that spans a factor of 8 is used, otherwise the widest one. A higher plateau may come from a
-  // single glitch, far above all motion. Plateaus with one rest are considered last, because any
-  // large threshold gives one rest.
+  // A plateau is a range of thresholds with nearly the same number of rests. The lowest plateau of
+  // at least `wide_enough` thresholds is used. If there is none, the widest plateau is used. A
+  // higher plateau may be due to a single glitch far above all motion. Plateaus with one rest are
+  // considered last, because any large threshold gives one rest.
   constexpr std::size_t wide_enough = 6;
   std::size_t widest = 0;
   for (const double fewest : {2.0, 1.0}) {
@@ -499,8 +501,8 @@ std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
       const std::size_t width = up - i + 1;
       if (width > widest) {
         widest = width;
-        // The chosen threshold is not at the lower end of the plateau, where noise shortens rests,
-        // and not far above it, where motion is included in the rests.
+        // The chosen threshold is somewhat above the lower end of the plateau. At the lower end,
+        // noise shortens the rests. Far above it, the rests include motion.
         best = i + std::min<std::size_t>(3, (width - 1) / 2);
       }
       if (width >= wide_enough) {
@@ -534,7 +536,7 @@ std::size_t join_split_rests(std::vector<StaticInterval>& intervals,
       kept.push_back(std::move(next));
       continue;
     }
-    // The longer rest replaces both. The samples of the knock between them belong to neither.
+    // Only the longer rest is kept. The samples of the knock between the two belong to neither.
     if (next.samples() > kept.back().samples()) {
       kept.back() = std::move(next);
     }

@@ -369,7 +369,8 @@ void write_certificate(const Calibration& calibration,
   write_remarks(calibration, details, pages);
   pages.heading("Statements");
   pages.paragraph(
-      "The results relate only to the item calibrated, in its condition at the calibration. This "
+      "The results relate only to the item calibrated, in its condition at the time of "
+      "calibration. This "
       "certificate shall not be reproduced except in full without approval of the laboratory.");
   for (const InputFileDigest& input : calibration.provenance.inputs) {
     pages.paragraph(formatted("Readings: {}{}", input.path,

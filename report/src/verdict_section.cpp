@@ -28,12 +28,11 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
   }
   const bool is_direction = worst.quantity == "direction of the field";
   return formatted(
-      "The uncertainty of {} from one reading is at most {} degrees (95 %) in any attitude{}{}",
+      "The uncertainty of {} from one reading is at most {} degrees (95 %) in any attitude {}{}",
       is_direction ? "the direction of the field" : "pitch and roll", rounded(worst.expanded_deg),
       is_direction
-          ? ""
-          : formatted("; the uncertainty of {} is the largest (for pitch up to 80 degrees)",
-                      worst.quantity),
+          ? "of the instrument"
+          : formatted("with a pitch of up to 80 degrees; it is largest for {}", worst.quantity),
       calibration.sensor.temperature ? ". This applies at the reference temperature." : ".");
 }
 

@@ -146,7 +146,7 @@ TEST_F(HonestAnswers, TemperaturesAreNotPassedOverInSilence) {
     return run_axiscal(all);
   };
   EXPECT_THAT(calibrate(run_with("soaks.csv", 3, true)).err,
-              HasSubstr("temperature order 1 was chosen"));
+              HasSubstr("temperature terms of order 1 were chosen"));
   const ProgramResult few = calibrate(run_with("few.csv", 1, false), {"--method", "paired"});
   EXPECT_THAT(unwrapped(few.err), HasSubstr("the column 'temperature' range from"));
   EXPECT_THAT(unwrapped(calibrate(folder_.path("few.csv"),

@@ -51,8 +51,8 @@ void put_temperature(const Estimate& estimate,
                         number_text(trial.aicc, 4));
     }
     calibration.findings.notes.push_back(
-        {NoteCode::temperature,
-         formatted("temperature order {} was chosen: {}", estimate.temperature.bias.cols(), text)});
+        {NoteCode::temperature, formatted("temperature terms of order {} were chosen: {}",
+                                          estimate.temperature.bias.cols(), text)});
   }
   if (estimate.temperature.bias.cols() == 0) {
     return;

@@ -50,6 +50,7 @@ struct Ends {
 };
 
 // Computes the differences of all layings.
+// Computes the differences of all layings.
 // @param left_out  number of readings to ignore at the start of each laying.
 Ends ends_of(const std::vector<Laying>& layings,
              const Eigen::MatrixXd& response,

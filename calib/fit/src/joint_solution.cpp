@@ -113,9 +113,9 @@ std::string another_direction(const ReadingSet& set, const Solution& other, cons
       part = s;
     }
   }
-  return formatted("another direction of {}, {} in the table, fits the readings equally well",
-                   set.field.name_of(part),
-                   direction_text(other.field().vector(part).normalized()));
+  return formatted("the direction {} of {} in the table's frame fits the readings equally well",
+                   direction_text(other.field().vector(part).normalized()),
+                   set.field.name_of(part));
 }
 
 // Returns the solutions after a few rounds of the search from each start. If two solutions come

@@ -63,7 +63,7 @@ struct MistakeAdvice {
 struct CandidateHypothesis {
   double tests = 1.0;     ///< the number of similar hypotheses
   bool of_few = false;    ///< true if the hypothesis concerns a few readings
-  double at_least = 0.0;  ///< lower limit of the p-value, from another test
+  double at_least = 0.0;  ///< lower bound of the p-value, from another test
 };
 using Consider = std::function<void(const HypothesisFit& with, const CandidateHypothesis& how)>;
 

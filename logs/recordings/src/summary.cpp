@@ -118,7 +118,7 @@ class Stillness {
     if (!std::isfinite(from_first_s)) {
       return;
     }
-    const double window = std::floor(from_first_s / window_s);  // too large for an integer
+    const double window = std::floor(from_first_s / window_s);  // may exceed the range of integers
     if (window != window_) {
       end_window();
       window_ = window;

@@ -70,7 +70,7 @@ Dialect sniff(const Cells& lines) {
       if (decimal_comma && delimiter == ',') {
         continue;
       }
-      std::map<std::size_t, double> numbers;  // sum of numbers, by the cells in a line
+      std::map<std::size_t, double> numbers;  // numeric cells, by the number of cells of the line
       for (const std::string_view line : lines) {
         const Cells cells = cells_of(line, delimiter);
         numbers[cells.size()] += static_cast<double>(count_numbers(cells, decimal_comma));
@@ -219,7 +219,7 @@ class LayoutFinder {
   }
 
   void find_usual() {
-    std::map<std::size_t, std::size_t> numbers;  // sum of numbers, by the cells in a row
+    std::map<std::size_t, std::size_t> numbers;  // numeric cells, by number of cells of the row
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (numbers_[i] > 0) {
         numbers[rows_[i].size()] += numbers_[i];

@@ -49,7 +49,7 @@ struct AXISCAL_EXPORT FieldSetup {
   /// readings, if the kind has this unit and no number is stated (not for gravity); the kind's
   /// default unit.
   std::string unit;
-  std::optional<double> magnitude;          ///< magnitude [unit]; nullopt: see resolve_field()
+  std::optional<double> magnitude;          ///< magnitude [unit]; for nullopt see resolve_field()
   bool magnitude_unknown = false;           ///< true if the magnitude is to be fitted
   double magnitude_u = 0.0;                 ///< standard uncertainty of the magnitude [unit]
   std::optional<Eigen::Vector3d> in_table;  ///< the field's vector [unit], frame table
@@ -144,7 +144,7 @@ describe_field(const TablePlace& place, const std::vector<FieldDescription>& par
 /// into its vector at another time. It is a rotation times the ratio of the two vectors' lengths.
 ///
 /// @param from_s, to_s  seconds since 1970-01-01, UTC.
-/// @return 3 x 3, frame table; the identity if the field does not move.
+/// @return 3 x 3, in the table's frame; the identity if the field does not move.
 /// @throws SetupError  if a moving field is a part of a sum, or the fence's azimuth is not stated.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d change_of_field(const FieldSetup& setup,
                                                              const TablePlace& place,

@@ -118,8 +118,9 @@ class AXISCAL_EXPORT TableField {
   /// @return the derivative of mean() with respect to one of the vectors, 3 x 3.
   [[nodiscard]] Eigen::Matrix3d change_of_mean(std::size_t which) const;
 
-  /// @return for each vector, the directions in which a fit changes it, as columns: two unit
-  ///         vectors perpendicular to it; or the three axes if its magnitude is unknown.
+  /// @return for each vector, the directions in which a fit changes it, as columns. They are two
+  ///         unit vectors perpendicular to the vector, or the three axes if its magnitude is
+  ///         unknown.
   [[nodiscard]] std::vector<Tangents> tangents() const;
 
   /// @return the change of a vector for a step of 1 along a tangent [unit of the field]. It is the

@@ -17,7 +17,7 @@ namespace axiscal {
 struct AXISCAL_EXPORT TablePlace {
   std::optional<Site> site;                 ///< place for which local fields are computed
   bool has_longitude = true;                ///< true if the longitude of the site was stated
-  std::string date;                         ///< ISO 8601 or decimal year; empty: today
+  std::string date;                         ///< date, ISO 8601 or decimal year; if empty, today
   std::optional<double> fence_azimuth_rad;  ///< azimuth of the table's y axis, clockwise from
                                             ///< north; if nullopt, a fit starts from 0
   /// Known slope of the table: components of a vertical unit vector along the table's x and y axes.

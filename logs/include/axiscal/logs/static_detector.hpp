@@ -90,10 +90,11 @@ class StaticDetector {
 /// the lowest range of at least 6 thresholds in which the number is constant within 5 %. If there
 /// is no such range, it uses the widest one.
 ///
-/// @return the position of the chosen set in `sets`. It is three steps above the lower end of the
-///         range, or in the middle of a narrow range. Ranges with two or more intervals are
-///         preferred to ranges with one. If the largest joined variance of the log is at most about
-///         16 times the smallest, the log contains no motion, and the last set is chosen.
+/// @return the index of the chosen set in `sets`: the third threshold above the lower end of the
+///         range, or the middle one of a narrow range. A range whose sets contain two or more
+///         intervals is preferred to a range whose sets contain one. If the largest variance of the
+///         log is at most about 16 times the smallest, the log contains no motion, and the last set
+///         is chosen.
 [[nodiscard]] std::size_t most_persistent(const std::vector<IntervalSet>& sets);
 
 /// Finds pairs of neighbouring rests that were one rest until a knock split it, and keeps only the

@@ -75,8 +75,8 @@ struct BodyOptions {
 /// the column `flat` as the name of a face. If the table lacks all three columns, the attitudes are
 /// unknown; corrected_by_tare() then takes pitch and roll as 0.
 ///
-/// @throws DataError  as read_observations(), or if a row states both an attitude and a face. Also
-///                    if a row states neither, although the table has one of the three columns.
+/// @throws DataError  as read_observations(). Also if a row states both an attitude and a face, or
+///                    if it states neither although the table has one of the three columns.
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReferenceReading> read_references(
     CsvReader& csv, const Calibration& calibration);
 

@@ -84,7 +84,8 @@ struct ReductionCsvOptions {
   /// Also writes expanded uncertainties and coverage factors, if `uncertainty` is set.
   bool expanded = false;
   bool strict = false;  ///< if true, a row that cannot be reduced is an error
-  /// Decimals of every result, 0 to 15; nullopt: the shortest text that gives the exact number.
+  /// Number of decimals of every result, 0 to 15. If it is nullopt, the shortest text that gives
+  /// the exact number is written.
   std::optional<int> decimals;
   /// True if the sink gets each row as soon as it is reduced; false if it gets large blocks of
   /// rows.
@@ -108,7 +109,7 @@ struct ReductionCsvSummary {
   std::size_t clamped = 0;
   std::size_t far_from_field = 0;  ///< rows whose |f_hat| differs from F by more than 30 %
   std::size_t extrapolated = 0;    ///< rows at temperatures outside the calibrated range
-  std::size_t saturated = 0;       ///< rows with a reading at or beyond its range
+  std::size_t saturated = 0;       ///< rows with a reading at or beyond the range of its axis
   std::size_t moved = 0;           ///< rows in which a joint moved beyond the alarm
 };
 

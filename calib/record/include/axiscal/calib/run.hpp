@@ -26,7 +26,8 @@ struct Run {
   /// Number of readings from each file, in the order of `inputs`; empty if unknown.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
-  std::vector<std::string> axes;       ///< names of the axes; in an assembly, the axes of one slot
+  std::vector<std::string>
+      axes;  ///< names of the axes; for an assembly, the names of the axes of a single slot
   std::string field_unit;              ///< unit of the known fields, if a column's name states it
   std::string serial;                  ///< serial number of the unit, or of the first unit
   std::vector<std::string> serials;    ///< serial number of each reading; empty if not stated

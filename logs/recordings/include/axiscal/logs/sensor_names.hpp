@@ -29,8 +29,8 @@ struct KnownUnit {
 [[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
                                                   SeriesKind of = SeriesKind::other);
 
-/// The parts of a column's header: a name and the unit that follows it, as in "ax (m/s^2)", "x
-/// [V]", "Temperature / degC" or "time in ms".
+/// The parts of a column's header: a name and the unit that follows it, as in "ax (m/s^2)",
+/// "Temperature / degC", "time in ms" or "x [V]".
 struct NamedColumn {
   std::string name;
   std::string unit;  ///< unit as written in the header; empty if the header states no unit
