@@ -285,7 +285,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief,
                             SummaryEnd::fit);
     if (database) {  // unlike an output file, the store always accepts refused records
-      database->write(stored_line(in_one_line(calibration_json(calibration)),
+      database->write(stored_line(calibration_json(calibration, JsonLayout::one_line),
                                   command.station.value_or(""), command.batch.value_or("")));
     }
     if (command.output && *command.output != "-" && may_be_stored(command, refused)) {
@@ -346,7 +346,8 @@ void describe_unit(const CalibrateCommand& command,
   }
   if ((command.output && may_be_stored(command, refused)) || command.store) {
     try {
-      unit.record = calibration_json(calibration);
+      unit.record =
+          calibration_json(calibration, command.stream ? JsonLayout::one_line : JsonLayout::lines);
     } catch (const DomainError& error) {  // the record would be unreadable
       unit.result = "error";
       unit.reason = error.what();

@@ -241,8 +241,8 @@ class Stream {
       }
     }
     StreamedUnit streamed{.result = unit.result};
-    streamed.record = unit.record.empty() ? refusal_json(unit, sha256_of_text(text.csv))
-                                          : in_one_line(unit.record);
+    streamed.record =
+        unit.record.empty() ? refusal_json(unit, sha256_of_text(text.csv)) : unit.record;
     if (command_.store) {
       streamed.stored = stored_line(streamed.record, command_.station.value_or(text.station),
                                     command_.batch.value_or(text.batch));

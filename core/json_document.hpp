@@ -10,11 +10,10 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <nlohmann/json.hpp>
+
+#include "core/json_writer.hpp"
 
 namespace axiscal {
-
-using Json = nlohmann::ordered_json;
 
 /// A value in a JSON file together with its place, so that every error message states the place.
 ///
@@ -101,60 +100,5 @@ class JsonValue {
 
 /// @throws DataError  `PATH:LINE: ...` if the text is not JSON, or is nested too deep.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
-
-/// @return the value as readable text that ends with a line feed. Each member has its own line, an
-///         array of numbers is on one line, a double has the shortest text that reads back to it,
-///         and NaN is null. To save memory, the function empties the JsonColumns in `value`.
-[[nodiscard]] std::string json_text(Json& value);
-
-/// Receives a piece of a text. The piece is valid only during the call.
-using TakeText = std::function<void(std::string_view)>;
-
-/// As json_text(), but passes the text to `take` piece by piece.
-void put_json(Json& value, const TakeText& take);
-
-/// @return the value that would result from writing `value` as text and parsing that text. No text
-///         is written. The JsonColumns of the result are empty.
-/// @param value  a value that json_text() has already written once.
-[[nodiscard]] JsonValue json_round_trip(Json value, std::string path);
-
-/// A table that is stored by columns. The column of a member contains its value in each row, or
-/// null if a row lacks the member. The values are stored as JSON text, as it will be in the file.
-class JsonColumns {
- public:
-  /// @param rows  the expected number of rows, for which memory is reserved; 0: unknown.
-  explicit JsonColumns(std::size_t rows = 0) : expected_(rows) {}
-
-  /// Starts the next row.
-  void begin_row();
-
-  void put_number(std::string_view key, double number);  ///< writes null if it is not finite
-  void put_integer(std::string_view key, int number);
-  void put_text(std::string_view key, std::string_view text);
-  void put_numbers(std::string_view key, const Eigen::Ref<const Eigen::VectorXd>& numbers);
-  void put_value(std::string_view key, const Json& value);
-
-  /// @return an object of arrays, for json_text().
-  [[nodiscard]] Json take();
-
- private:
-  struct Column {
-    std::string name;
-    // The texts of the cells. A line feed ends each cell; the JSON of a cell contains no line feed.
-    std::string cells;
-    std::size_t count = 0;
-    bool holds_lists = false;
-  };
-  std::string& next_cell(std::string_view key, bool is_list);
-
-  std::vector<Column> columns_;
-  std::size_t expected_;
-  std::size_t rows_ = 0;
-  // The expected column of the next member: usually each row has its members in the same order.
-  std::size_t at_ = 0;
-};
-
-[[nodiscard]] Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector);
-[[nodiscard]] Json json_from_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 
 }  // namespace axiscal

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -23,36 +25,44 @@ namespace axiscal {
 /// An unknown number is NaN in the struct and null in the file. Calls throw as JsonValue does.
 class JsonMembers {
  public:
-  explicit JsonMembers(Json& to) : to_(&to) {}
-  explicit JsonMembers(JsonColumns& to) : columns_(&to) {}
+  /// Writes into the object that `to` has begun. Reasons why the result could not be read again are
+  /// added to `to` (JsonWriter::problem()).
+  explicit JsonMembers(JsonWriter& to) : to_(&to) {}
   explicit JsonMembers(const JsonValue& from) : from_(&from) {}
 
   [[nodiscard]] bool reads() const { return from_ != nullptr; }
 
-  /// The JSON object itself, for a value that is stored in several members. It is not available
-  /// while a row of a table is written.
-  [[nodiscard]] Json& to() { return *to_; }
+  /// The writer, for values that JsonMembers does not know. It is not available while a row of a
+  /// table is written.
+  [[nodiscard]] JsonWriter& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
 
   /// Writes a member. It must not be called while reading.
   template <typename Value>
   void put(const char* key, const Value& value) {
+    if (columns_ != nullptr) {
+      put_in_row(key, value);
+      return;
+    }
+    to_->key(key);
     if constexpr (std::is_base_of_v<Eigen::EigenBase<Value>, Value>) {
-      if (columns_ != nullptr) {
-        columns_->put_numbers(key, value);
-      } else {
-        (*to_)[key] = json_from(value);
-      }
-    } else if (columns_ == nullptr) {
-      (*to_)[key] = value;
+      to_->numbers(value);
+    } else if constexpr (std::is_same_v<Value, bool>) {
+      to_->flag(value);
+    } else if constexpr (std::is_integral_v<Value>) {
+      to_->integer(static_cast<std::int64_t>(value));
     } else if constexpr (std::is_same_v<Value, double>) {
-      columns_->put_number(key, value);
-    } else if constexpr (std::is_same_v<Value, int>) {
-      columns_->put_integer(key, value);
+      to_->number(value);
     } else if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
-      columns_->put_text(key, value);
+      to_->text(value);
+    } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+      to_->texts(value);
+    } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+      to_->numbers(Eigen::Map<const Eigen::VectorXd>(value.data(), std::ssize(value)));
+    } else if constexpr (std::is_same_v<Value, std::vector<int>>) {
+      to_->integers(value);
     } else {
-      columns_->put_value(key, value);
+      to_->value(value);
     }
   }
 
@@ -74,9 +84,12 @@ class JsonMembers {
   void need(const char* key, Value& value) {
     if (reads()) {
       take(from_->at(key), value);
-    } else {
-      put(key, value);
+      return;
     }
+    if constexpr (std::is_same_v<Value, double>) {
+      require(std::isfinite(value), key, "must be a finite number");
+    }
+    put(key, value);
   }
 
   /// Reads or writes a member. If a file lacks it, `value` does not change.
@@ -170,6 +183,7 @@ class JsonMembers {
   template <typename Vector>
   void vector(const char* key, Vector& vector, Eigen::Index size) {
     if (!reads()) {
+      require(vector.size() == size, key, "has the wrong length");
       put(key, vector);
       return;
     }
@@ -180,6 +194,7 @@ class JsonMembers {
   template <typename Vector>
   void need_vector(const char* key, Vector& vector, Eigen::Index size) {
     if (!reads()) {
+      require(vector.size() == size && vector.allFinite(), key, "must be finite numbers");
       put(key, vector);
       return;
     }
@@ -189,7 +204,7 @@ class JsonMembers {
   template <typename Matrix>
   void matrix(const char* key, Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
     if (!reads()) {
-      (*to_)[key] = json_from_matrix(matrix);
+      put_matrix(key, matrix, matrix.rows() == rows && matrix.cols() == columns);
       return;
     }
     const std::optional<JsonValue> value = from_->find(key);
@@ -200,7 +215,8 @@ class JsonMembers {
   template <typename Matrix>
   void need_matrix(const char* key, Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
     if (!reads()) {
-      (*to_)[key] = json_from_matrix(matrix);
+      put_matrix(key, matrix,
+                 matrix.rows() == rows && matrix.cols() == columns && matrix.allFinite());
       return;
     }
     matrix = from_->at(key).matrix(rows, columns);
@@ -213,7 +229,7 @@ class JsonMembers {
     if (reads()) {
       read_object(from_->at(key), members);
     } else {
-      write_object((*to_)[key], members);
+      write_object(key, members);
     }
   }
 
@@ -222,7 +238,7 @@ class JsonMembers {
   void object(const char* key, bool where, const Members& members) {
     if (!reads()) {
       if (where) {
-        write_object((*to_)[key], members);
+        write_object(key, members);
       }
     } else if (const std::optional<JsonValue> value = from_->find(key)) {
       read_object(*value, members);
@@ -252,10 +268,14 @@ class JsonMembers {
             const Members& members,
             const Struct& blank = Struct()) {
     if (!reads()) {
-      Json& array = (*to_)[key] = Json::array();
+      to_->key(key);
+      to_->begin_list();
       for (Struct& one : all) {
-        write_object(array.emplace_back(), [&](JsonMembers& io) { members(io, one); });
+        to_->begin_object();
+        members(*this, one);
+        to_->end_object();
       }
+      to_->end_list();
     } else if (const std::optional<JsonValue> values = from_->find(key)) {
       for (const JsonValue& value : values->elements()) {
         Struct& one = all.emplace_back(blank);
@@ -274,13 +294,15 @@ class JsonMembers {
         list(key, all, members);
         return;
       }
-      JsonColumns columns(all.size());
-      JsonMembers io(columns);
+      JsonColumns columns(all.size(), to_->layout());
+      JsonMembers io(*to_);
+      io.columns_ = &columns;
       for (Struct& one : all) {
         columns.begin_row();
         members(io, one);
       }
-      (*to_)[key] = columns.take();
+      to_->key(key);
+      columns.write_to(*to_);
     } else if (const std::optional<JsonValue> values = from_->find(key)) {
       values->for_each_row([&](const JsonValue& value) {
         Struct& one = all.emplace_back();
@@ -307,11 +329,13 @@ class JsonMembers {
     }
   }
 
-  /// While reading, throws a DataError with the member's place if `good` is false.
+  /// If `good` is false: while reading, throws a DataError with the member's place; while writing,
+  /// adds a problem to the writer.
   void check(const char* key, bool good, std::string_view what) const {
     if (reads() && !good) {
       from_->at(key).fail(what);
     }
+    require(reads() || good, key, what);
   }
 
  private:
@@ -343,11 +367,40 @@ class JsonMembers {
     }
   }
 
+  // While writing, adds a problem to the writer if `good` is false.
+  void require(bool good, std::string_view key, std::string_view what) const {
+    if (!good) {
+      to_->add_problem(key, what);
+    }
+  }
+
+  template <typename Value>
+  void put_in_row(const char* key, const Value& value) {
+    if constexpr (std::is_base_of_v<Eigen::EigenBase<Value>, Value>) {
+      columns_->put_numbers(key, value);
+    } else if constexpr (std::is_same_v<Value, double>) {
+      columns_->put_number(key, value);
+    } else if constexpr (std::is_same_v<Value, int>) {
+      columns_->put_integer(key, value);
+    } else if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
+      columns_->put_text(key, value);
+    } else {
+      columns_->put_value(key, value);
+    }
+  }
+
+  void put_matrix(const char* key, const Eigen::Ref<const Eigen::MatrixXd>& matrix, bool good) {
+    require(good, key, "must be a matrix of numbers of the right size");
+    to_->key(key);
+    to_->matrix(matrix);
+  }
+
   template <typename Members>
-  static void write_object(Json& to, const Members& members) {
-    to = Json::object();
-    JsonMembers io(to);
-    members(io);
+  void write_object(const char* key, const Members& members) {
+    to_->key(key);
+    to_->begin_object();
+    members(*this);
+    to_->end_object();
   }
 
   template <typename Members>
@@ -356,8 +409,8 @@ class JsonMembers {
     members(io);
   }
 
-  Json* to_ = nullptr;
-  JsonColumns* columns_ = nullptr;  // replaces to_ while a row of a table is written
+  JsonWriter* to_ = nullptr;
+  JsonColumns* columns_ = nullptr;  // receives the members while a row of a table is written
   const JsonValue* from_ = nullptr;
 };
 

@@ -9,7 +9,7 @@ int main() {
   const axiscal::Calibration cal =
       axiscal::calibrate(run, axiscal::accelerometer("V"), axiscal::gravity());
   std::puts(axiscal::summary(cal).c_str());
-  const axiscal::Quantity bias = cal.parameter("x.bias");  // members value, u, U and dof
+  const axiscal::Quantity bias = cal.parameter("x.bias");  // value, u, U, dof
   std::printf("bias of x %.5f +- %.5f V (95 %%)\n", bias.value, bias.U);
   const axiscal::Reducer reduce(cal);
   const double volts[] = {0.870, 0.0, 2.360};

@@ -23,7 +23,8 @@ void JsonMembers::xy(const char* key, double& x, double& y) {
 
 void JsonMembers::need_pair(const char* key, double& low, double& high) {
   if (!reads()) {
-    (*to_)[key] = {low, high};
+    require(std::isfinite(low) && std::isfinite(high), key, "must be finite numbers");
+    put(key, Eigen::Vector2d(low, high));
     return;
   }
   const Eigen::VectorXd ends = from_->at(key).vector(2);

@@ -438,9 +438,8 @@ Calibration import_calibration(std::string_view text,
     calibration.findings.notes.push_back({NoteCode::imported, note});
   }
   try {
-    static_cast<void>(
-        // calibration_json() throws if the record is invalid.
-        calibration_json(calibration));
+    // Throws if the record is invalid.
+    static_cast<void>(parse_calibration(calibration_json(calibration), "the record"));
   } catch (const DomainError& error) {
     throw DataError(path, error.what());
   }

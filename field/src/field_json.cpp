@@ -4,8 +4,10 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -40,9 +42,9 @@ void magnitude_member(JsonMembers& io, FieldSetup& part) {
   constexpr const char* key = "magnitude";
   if (!io.reads()) {
     if (part.magnitude_unknown) {
-      io.to()[key] = "unknown";
+      io.put(key, "unknown");
     } else if (part.magnitude) {
-      io.to()[key] = *part.magnitude;
+      io.put(key, *part.magnitude);
     }
   } else if (const auto value = io.from().find(key)) {
     part.magnitude_unknown = value->is_text();
@@ -95,9 +97,10 @@ void read_part(const JsonValue& json, FieldSetup& part) {
   common_members(io, part);
 }
 
-void write_part(Json& json, FieldSetup part) {
-  json = Json::object();
+void write_part(JsonWriter& to, FieldSetup part) {
+  to.begin_object();
   if (!part.of) {
+    to.end_object();
     return;
   }
   const FieldKind& kind = field_kind(part.kind());
@@ -105,12 +108,21 @@ void write_part(Json& json, FieldSetup part) {
     throw DomainError(formatted(
         "the field {} was added by a program, so it cannot be written to a file", part.kind()));
   }
-  json["kind"] = part.kind();
-  JsonMembers io(json);
+  JsonMembers io(to);
+  io.put("kind", part.kind());
   common_members(io, part);
   // members() reads and writes, so it is not const. Writing does not change the field.
   const_cast<ReferenceField&>(*part.of).members(
       io);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
+  to.end_object();
+}
+
+void write_parts(JsonWriter& to, std::span<const FieldSetup* const> parts) {
+  to.begin_list();
+  for (const FieldSetup* const part : parts) {
+    write_part(to, *part);
+  }
+  to.end_list();
 }
 
 void read_second_field(const JsonValue& json, std::vector<FieldSetup>& also) {
@@ -165,14 +177,11 @@ void field_member(JsonMembers& io, const char* key, FieldSetup& field) {
     if (!field.is_stated()) {
       return;
     }
-    Json& to = io.to()[key];
+    io.to().key(key);
     if (field.others.empty()) {
-      write_part(to, field);
-      return;
-    }
-    to = Json::array();
-    for (const FieldSetup* const part : field.parts()) {
-      write_part(to.emplace_back(), *part);
+      write_part(io.to(), field);
+    } else {
+      write_parts(io.to(), field.parts());
     }
     return;
   }
@@ -184,10 +193,12 @@ void field_member(JsonMembers& io, const char* key, FieldSetup& field) {
 void second_fields_member(JsonMembers& io, const char* key, std::vector<FieldSetup>& also) {
   if (!io.reads()) {
     if (!also.empty()) {
-      Json& to = io.to()[key] = Json::array();
+      std::vector<const FieldSetup*> parts;
       for (const FieldSetup& one : also) {
-        write_part(to.emplace_back(), one);
+        parts.push_back(&one);
       }
+      io.to().key(key);
+      write_parts(io.to(), parts);
     }
     return;
   }

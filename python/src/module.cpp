@@ -373,7 +373,7 @@ void bind_record(py::module_& module) {
   py::class_<Calibration>(module, "Record")
       .def_static("from_json", &parse_calibration, py::arg("text"), py::arg("path"))
       .def_static("read", &read_calibration, py::arg("path"))
-      .def("json", &calibration_json)
+      .def("json", [](const Calibration& record) { return calibration_json(record); })
       .def("summary",
            [](const Calibration& self, bool all) {
              return summary(self, all ? SummaryDetail::full : SummaryDetail::brief);

@@ -226,7 +226,7 @@ TEST_F(LogCommands, NoiseOfACurve) {
   const std::string back = folder_.write("back.csv", "tau,adev\n1,2\n1,2\n3,4\n5,6\n");
   const ProgramResult wrong = run_axiscal({"noise", back, "--curve"});
   EXPECT_EQ(wrong.status, 3);
-  EXPECT_THAT(wrong.err, HasSubstr("point 2 of the curve: tau must be positive and"));
+  EXPECT_THAT(wrong.err, HasSubstr("point 2 of the curve: tau must be positive, and"));
   EXPECT_EQ(run_axiscal({"noise", folder_.write("no.csv", "a,b\n1,2\n2,3\n"), "--curve"}).status,
             3);
 }

@@ -341,7 +341,7 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
       EXPECT_EQ(error.settings(), settings);
     }
   };
-  refused(accelerometer_in("LSB", "m/s^2"), "px4", "m/s^2 the driver outputs for 1 LSB",
+  refused(accelerometer_in("LSB", "m/s^2"), "px4", "m/s^2 that the driver outputs for 1 LSB",
           {settings::reading_factor});
   Calibration no_gravity = accelerometer_in("m/s^2", "g");
   no_gravity.sensor.field.local_gravity.reset();

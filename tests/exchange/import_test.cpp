@@ -124,7 +124,7 @@ TEST(Import, TakesFiniteNumbersOnly) {
   // A record that could not be read is not imported. Gravity must be in g or m/s^2.
   expect_bad(R"({"acc_unit": "foot", "K_a": [[1,0,0],[0,1,0],[0,0,1]],
                  "R_a": [[1,0,0],[0,1,0],[0,0,1]], "b_a": [0,0,0]})",
-             "imucal", "/field/unit: must be g or m/s^2 for gravity", {.magnitude = 32.0});
+             "imucal", "unit must be g or m/s^2 for gravity", {.magnitude = 32.0});
 }
 
 // ArduPilot reads a diagonal of 0 as 1, and multiplies by COMPASS_SCALE if it is not 0.

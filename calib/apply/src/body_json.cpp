@@ -135,11 +135,15 @@ std::vector<ReferenceReading> read_references(CsvReader& csv, const Calibration&
 }
 
 std::string body_rotation_json(const BodyRotation& body) {
-  Json json = {{"format", "axiscal-rotation"}, {"version", 1}};
-  JsonMembers io(json);
+  JsonWriter writer;
+  writer.begin_object();
+  JsonMembers io(writer);
+  io.put("format", "axiscal-rotation");
+  io.put("version", 1);
   BodyRotation written = body;
   members(io, written);
-  return json_text(json);
+  writer.end_object();
+  return writer.finish();
 }
 
 BodyRotation parse_body_rotation(std::string_view text, const std::string& path) {

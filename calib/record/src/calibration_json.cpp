@@ -62,36 +62,32 @@ void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
 }
 
 // Returns the coefficients, expressed as the usual quantities of this kind of instrument.
-Json quantities_json(const Calibration& calibration) {
-  Json list = Json::array();
-  for (const KindQuantity& quantity : quantities_of(calibration)) {
-    Json json = {{"name", quantity.name}};
-    if (!quantity.of.empty()) {
-      json["of"] = quantity.of;
-    }
-    json["values"] = quantity.values;
-    json["standard_uncertainty"] = json_from(Eigen::Map<const Eigen::VectorXd>(
-        quantity.u.data(), static_cast<Eigen::Index>(quantity.u.size())));
-    json["unit"] = quantity.unit;
-    list.push_back(std::move(json));
-  }
-  return list;
+void put_quantities(JsonMembers& io, const Calibration& calibration) {
+  std::vector<KindQuantity> quantities = quantities_of(calibration);
+  io.list_if_any("quantities", quantities, [](JsonMembers& one, KindQuantity& quantity) {
+    one.put("name", quantity.name);
+    one.value_if_any("of", quantity.of);
+    one.put("values", quantity.values);
+    one.put("standard_uncertainty", quantity.u);
+    one.put("unit", quantity.unit);
+  });
 }
 
-Json polar_json(const Instrument& instrument, const LinearResponse& response) {
-  Json polar = Json::array();
-  for (Eigen::Index k = 0; k < response.bias.size(); ++k) {
+// Writes the polar form of each axis. It follows from the sensitivities and is not read.
+void put_polar_form(JsonMembers& io, const Instrument& instrument, const LinearResponse& response) {
+  std::vector<std::string> axes = instrument.axes;
+  io.list("polar", axes, [&](JsonMembers& one, std::string& name) {
+    const Eigen::Index k = &name - axes.data();
     const int axis = main_axis(instrument, response, k);
     const PolarForm form = polar_from_sensitivity(response.sensitivity.row(k).transpose(), axis,
                                                   instrument.convention);
-    polar.push_back({{"axis", instrument.axes[static_cast<std::size_t>(k)]},
-                     {"nominal", std::string(1, "xyz"[axis])},
-                     {"bias", response.bias(k)},
-                     {"sensitivity", form.sensitivity},
-                     {"coning_angle_rad", form.coning_angle_rad},
-                     {"azimuth_rad", form.azimuth_rad}});
-  }
-  return polar;
+    one.put("axis", name);
+    one.put("nominal", std::string(1, "xyz"[axis]));
+    one.put("bias", response.bias(k));
+    one.put("sensitivity", form.sensitivity);
+    one.put("coning_angle_rad", form.coning_angle_rad);
+    one.put("azimuth_rad", form.azimuth_rad);
+  });
 }
 
 void members(JsonMembers& io, TemperatureOrderTrial& trial) {
@@ -194,16 +190,16 @@ void budget_members(JsonMembers& io, Calibration& calibration) {
   if (io.reads()) {
     return;
   }
-  Json& list = io.to()["parameters"] = Json::array();
-  for (const ParameterUncertainty& parameter : parameter_uncertainties(calibration)) {
+  std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
+  io.list("parameters", all, [](JsonMembers& one, ParameterUncertainty& parameter) {
     const CombinedUncertainty& uncertainty = parameter.uncertainty;
-    list.push_back({{"parameter", parameter.name},
-                    {"value", parameter.value},
-                    {"u", uncertainty.u},
-                    {"degrees_of_freedom", uncertainty.degrees_of_freedom},
-                    {"coverage_factor_95", uncertainty.coverage_factor},
-                    {"expanded_95", uncertainty.expanded}});
-  }
+    one.put("parameter", parameter.name);
+    one.put("value", parameter.value);
+    one.put("u", uncertainty.u);
+    one.put("degrees_of_freedom", uncertainty.degrees_of_freedom);
+    one.put("coverage_factor_95", uncertainty.coverage_factor);
+    one.put("expanded_95", uncertainty.expanded);
+  });
 }
 
 // @param with_values  true: x and y are written too.
@@ -370,7 +366,7 @@ void coefficient_members(JsonMembers& io, Calibration& calibration) {
   io.need_vector("bias", calibration.sensor.response.bias, m);
   io.need_matrix("sensitivity", calibration.sensor.response.sensitivity, m, 3);
   if (!io.reads()) {
-    io.to()["polar"] = polar_json(calibration.sensor.instrument, calibration.sensor.response);
+    put_polar_form(io, calibration.sensor.instrument, calibration.sensor.response);
   }
   io.object_if_any(
       "temperature", calibration.sensor.temperature,
@@ -405,14 +401,12 @@ void result_members(JsonMembers& io, Calibration& calibration) {
   std::size_t axis = 0;
   io.list_if_any("polar_fit", calibration.fit.polar_fit, [&](JsonMembers& one, PolarFit& fit) {
     if (!one.reads()) {
-      one.to()["axis"] = calibration.sensor.instrument.axes[axis++];
+      one.put("axis", calibration.sensor.instrument.axes[axis++]);
     }
     members(one, fit);
   });
   if (!io.reads()) {
-    if (Json quantities = quantities_json(calibration); !quantities.empty()) {
-      io.to()["quantities"] = std::move(quantities);
-    }
+    put_quantities(io, calibration);
   }
   io.object_if_any("statistics", calibration.fit.statistics,
                    [m](JsonMembers& one, FitStatistics& fit) { members(one, fit, m); });
@@ -450,7 +444,7 @@ void members(JsonMembers& io, FieldSizeCheck& check) {
 // contains the result of each reading.
 void members(JsonMembers& io, Confirmation& confirmation, Eigen::Index m) {
   if (!io.reads()) {
-    io.to()["readings"] = confirmation.readings.size();
+    io.put("readings", confirmation.readings.size());
   }
   io.number("p_value", confirmation.p_value);
   io.need("passed", confirmation.passed);
@@ -474,8 +468,12 @@ void mount_member(JsonMembers& io, std::optional<Eigen::Matrix3d>& mount) {
 
 void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
   if (!io.reads()) {
+    Json rows = Json::array();
     for (const Eigen::Vector3d& error : errors) {
-      io.to()["turn_errors_rad"].push_back(json_from(error));
+      rows.push_back(json_from(error));
+    }
+    if (!rows.empty()) {
+      io.put("turn_errors_rad", rows);
     }
   } else if (const auto turns = io.from().find("turn_errors_rad")) {
     for (const JsonValue& turn : turns->elements()) {
@@ -489,7 +487,7 @@ void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
 void experiment_member(JsonMembers& io, std::string& experiment) {
   if (!io.reads()) {
     if (!experiment.empty()) {
-      io.to()["experiment"] = Json::parse(experiment);
+      io.put("experiment", Json::parse(experiment));
     }
   } else if (const auto found = io.from().find("experiment")) {
     experiment = found->dump();
@@ -554,11 +552,13 @@ void members(JsonMembers& io, Calibration& calibration) {
 }  // namespace
 
 std::string verdict_json(const Verdict& verdict) {
-  Json json = Json::object();
-  JsonMembers io(json);
+  JsonWriter writer;
+  writer.begin_object();
+  JsonMembers io(writer);
   Verdict written = verdict;
   members(io, written);
-  return json_text(json);
+  writer.end_object();
+  return writer.finish();
 }
 
 namespace {
@@ -571,44 +571,31 @@ Calibration calibration_from(const JsonValue& json) {
   return calibration;
 }
 
-}  // namespace
-
-namespace {
-
-Json document_of(const Calibration& calibration) {
+// @throws DomainError  if the record could not be read again.
+std::string write_with(JsonWriter& writer, const Calibration& calibration) {
   // Format version 1 cannot contain a temperature sensor for each axis.
   const bool newer =
       calibration.sensor.temperature && calibration.sensor.temperature->has_own_sensors();
-  Json json = {{"format", "axiscal-calibration"}, {"version", newer ? 2 : 1}};
-  constexpr std::size_t most_members = 64;
-  json.get_ref<Json::object_t&>().reserve(most_members);  // avoids copies while it grows
-  JsonMembers io(json);
+  writer.begin_object();
+  JsonMembers io(writer);
+  io.put("format", "axiscal-calibration");
+  io.put("version", newer ? 2 : 1);
   // members() also reads, so its parameter is not const. Writing does not change the calibration.
   members(io,
           const_cast<Calibration&>(calibration));  // NOLINT(cppcoreguidelines-pro-type-const-cast)
-  return json;
-}
-
-// Throws an error if the record could not be read back.
-// @param json  the record, after it was written as text.
-void require_readable(Json json) {
-  constexpr std::string_view name = "the record";
-  try {
-    static_cast<void>(calibration_from(json_round_trip(std::move(json), std::string(name))));
-  } catch (const DataError& error) {
-    throw DomainError(std::string("the record cannot be written, because it could not be read "
-                                  "again: ") +
-                      (error.what() + name.size() + 2));
+  writer.end_object();
+  if (!writer.problem().empty()) {
+    throw DomainError("the record cannot be written, because it could not be read again: " +
+                      writer.problem());
   }
+  return writer.finish();
 }
 
 }  // namespace
 
-std::string calibration_json(const Calibration& calibration) {
-  Json json = document_of(calibration);
-  std::string text = json_text(json);
-  require_readable(std::move(json));
-  return text;
+std::string calibration_json(const Calibration& calibration, JsonLayout layout) {
+  JsonWriter writer(layout);
+  return write_with(writer, calibration);
 }
 
 Calibration parse_calibration(std::string_view text, const std::string& path) {
@@ -621,9 +608,8 @@ void write(const Calibration& calibration, const std::string& path, Force force)
   if (file.is_direct()) {
     file.write(calibration_json(calibration));
   } else {
-    Json json = document_of(calibration);
-    put_json(json, [&](std::string_view text) { file.write(text); });
-    require_readable(std::move(json));
+    JsonWriter writer(JsonLayout::lines, [&](std::string_view text) { file.write(text); });
+    static_cast<void>(write_with(writer, calibration));
   }
   file.commit();
 }

@@ -144,7 +144,7 @@ class ExperimentMembers {
     io_.object("face_names", !e_.face_names.empty(), [&](JsonMembers& all) {
       if (!all.reads()) {
         for (const auto& [word, face] : e_.face_names) {
-          all.to()[word] = face_name(face);
+          all.put(word.c_str(), face_name(face));
         }
         return;
       }
@@ -219,7 +219,7 @@ class ExperimentMembers {
     if (!io_.reads()) {
       if (!e_.positioner.is_nominal() || !e_.positioner.id().empty() ||
           !e_.positioner.mounts().empty() || e_.positioner.description().normal_covariance) {
-        io_.to()["positioner"] = Json::parse(positioner_json(e_.positioner));
+        io_.put("positioner", Json::parse(positioner_json(e_.positioner)));
       }
     } else if (const auto value = io_.from().find("positioner")) {
       e_.positioner = value->is_text() ? read_positioner(resolved(value->text()))
@@ -275,7 +275,7 @@ class ExperimentMembers {
   void noise_ratio() {
     if (!io_.reads()) {
       if (e_.fit.noise_ratio.size() > 0) {
-        io_.to()["noise_ratio"] = json_from(e_.fit.noise_ratio);
+        io_.put("noise_ratio", e_.fit.noise_ratio);
       }
     } else if (const auto ratio = io_.from().find("noise_ratio")) {
       e_.fit.noise_ratio = ratio->vector(static_cast<Eigen::Index>(ratio->elements().size()));
@@ -290,9 +290,9 @@ class ExperimentMembers {
       one.allow_keys(keys);
       if (!one.reads()) {
         if (setup.automatic) {
-          one.to()["order"] = "auto";
+          one.put("order", "auto");
         } else if (setup.order > 0 || setup.ignored) {
-          one.to()["order"] = setup.order;
+          one.put("order", setup.order);
         }
       } else if (const auto order = one.from().find("order")) {
         setup.automatic = order->is_text() && order->text() == "auto";
@@ -346,7 +346,7 @@ class ExperimentMembers {
   void from() {
     if (!io_.reads()) {
       if (e_.from) {
-        io_.to()["from"] = Json::parse(calibration_json(*e_.from));
+        io_.put("from", Json::parse(calibration_json(*e_.from)));
       }
     } else if (const auto value = io_.from().find("from")) {
       e_.from = std::make_shared<const Calibration>(
@@ -396,11 +396,15 @@ bool can_be_stated(const Experiment& experiment) {
 }
 
 std::string experiment_json(const Experiment& experiment, const ExperimentPaths& paths) {
-  Json json = {{"format", "axiscal-experiment"}, {"version", 1}};
-  JsonMembers io(json);
+  JsonWriter writer;
+  writer.begin_object();
+  JsonMembers io(writer);
+  io.put("format", "axiscal-experiment");
+  io.put("version", 1);
   ExperimentFile file{.experiment = experiment, .paths = paths};
   ExperimentMembers(io, file, "").all();
-  return json_text(json);
+  writer.end_object();
+  return writer.finish();
 }
 
 }  // namespace axiscal

@@ -11,9 +11,11 @@ namespace {
 
 void differences_members(JsonMembers& io, std::vector<DifferentialAxis>& differences) {
   if (!io.reads()) {
-    for (const DifferentialAxis& difference : differences) {
-      io.to()["differences"][difference.axis] = {difference.plus, difference.minus};
-    }
+    io.object("differences", !differences.empty(), [&](JsonMembers& one) {
+      for (const DifferentialAxis& difference : differences) {
+        one.put(difference.axis.c_str(), std::vector{difference.plus, difference.minus});
+      }
+    });
   } else if (const auto all = io.from().find("differences")) {
     for (const std::string& axis : all->keys()) {
       const std::vector<std::string> columns = all->at(axis).texts();
@@ -79,7 +81,7 @@ void members(JsonMembers& io, Site& site) {
 
 void in_table_members(JsonMembers& io, FieldDescription& field) {
   if (!io.reads()) {
-    io.to()["in_table"] = field.in_table ? json_from(*field.in_table) : Json();
+    io.put("in_table", field.in_table ? json_from(*field.in_table) : Json());
   } else if (const auto in_table = io.from().find("in_table")) {
     field.in_table = in_table->vector(3);
     io.check("in_table", field.in_table->norm() > 0.0, "must not be zero");

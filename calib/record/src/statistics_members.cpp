@@ -150,11 +150,11 @@ void members(JsonMembers& io, ScatterComponent& component, Eigen::Index paramete
   if (io.reads()) {
     component.sd = io.from().at("sd").vector_or_nan();
   } else {
-    io.to()["sd"] = json_from(component.sd);
+    io.put("sd", component.sd);
   }
   io.value_if_any("unit", component.unit);
   if (!io.reads()) {
-    io.to()["meaning"] = meaning_of_scatter(component.name);
+    io.put("meaning", meaning_of_scatter(component.name));
   }
   io.number("degrees_of_freedom", component.degrees_of_freedom);
   io.need_matrix("covariance", component.covariance, parameters, parameters);
@@ -192,8 +192,11 @@ void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   io.value("parameter_names", statistics.parameter_names);
   // A covariance without parameter names has no meaning, so it is not read.
   const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
-  if (!io.reads() || parameters > 0) {
+  if (parameters > 0) {
     io.matrix("covariance", statistics.covariance, parameters, parameters);
+  } else if (!io.reads()) {
+    io.matrix("covariance", statistics.covariance, statistics.covariance.rows(),
+              statistics.covariance.cols());
   }
   interval_members(io, statistics, m);
   io.list_if_any("components", statistics.components,

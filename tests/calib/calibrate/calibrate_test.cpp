@@ -759,7 +759,7 @@ TEST(Calibrate, RefusesAnAxisThatDoesNotRespond) {
       FAIL() << "accepted";
     } catch (const RefusedError& error) {
       EXPECT_THAT(error.what(), HasSubstr("axis y does not respond to the field: all its readings "
-                                          "are 0.5"));
+                                          "are equal to 0.5"));
     }
   }
 }

@@ -6,13 +6,15 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/export.hpp"
+#include "axiscal/core/json_layout.hpp"
 
 namespace axiscal {
 
 /// @return the record as JSON (formats.md, Record); NaN is written as null.
-/// @throws DomainError  if parse_calibration() would reject the text, for example because a
-///         coefficient is NaN.
-[[nodiscard]] AXISCAL_EXPORT std::string calibration_json(const Calibration& calibration);
+/// @throws DomainError  if the record could not be read again, for example because a coefficient
+///         is NaN.
+[[nodiscard]] AXISCAL_EXPORT std::string calibration_json(const Calibration& calibration,
+                                                          JsonLayout layout = JsonLayout::lines);
 
 /// @return a verdict as JSON, in the form that a record contains.
 [[nodiscard]] AXISCAL_EXPORT std::string verdict_json(const Verdict& verdict);
