@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Benchmarks of one calibration: QR decomposition by Eigen, the regression of the library, and a
 // whole call of calibrate().
+#include <cmath>
+#include <string>
+
 #include <Eigen/QR>
 #include <benchmark/benchmark.h>
 
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/run_columns.hpp"
 #include "axiscal/calib/simulate.hpp"
+#include "axiscal/field/gravity_field.hpp"
 
 namespace {
 
@@ -85,6 +90,28 @@ BENCHMARK_CAPTURE(calibrate, joint_12, Method::joint, 1);
 BENCHMARK_CAPTURE(calibrate, known_12, Method::known, 1);
 BENCHMARK_CAPTURE(calibrate, paired_12x10, Method::paired, 10);
 BENCHMARK_CAPTURE(calibrate, joint_12x10, Method::joint, 10);
+
+// The call that bench/calibrate_from_python.py makes in Python, with the same readings.
+void calibrate_as_python_does(benchmark::State& state) {
+  axiscal::RunColumns columns;
+  columns.rest = {"-Z", "+Z", "-Y", "+Y", "-X", "+X", "-Z", "+Z", "-Y", "+Y", "-X", "+X"};
+  columns.fence = {"+X", "+X", "+X", "+X", "+Y", "+Y", "-X", "-X", "-X", "-X", "-Y", "-Y"};
+  Eigen::MatrixXd readings(12, 3);
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    const std::string& rest = columns.rest[static_cast<std::size_t>(i)];
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double up = rest[1] != "XYZ"[k] ? 0.0 : rest[0] == '-' ? 1.0 : -1.0;
+      readings(i, k) =
+          2.5 * up + 0.01 + 1e-4 * std::sin(std::pow(static_cast<double>(3 * i + k), 2));
+    }
+  }
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(axiscal::calibrate(axiscal::make_run(columns, readings),
+                                                axiscal::accelerometer("V"), axiscal::gravity())
+                                 .sensor.response.bias.data());
+  }
+}
+BENCHMARK(calibrate_as_python_does);
 
 void write_record(benchmark::State& state) {
   Experiment experiment;

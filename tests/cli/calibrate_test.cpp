@@ -246,7 +246,8 @@ TEST(CalibrateCommand, RefusesWhatTheReadingsDoNotDetermine) {
   std::string five = observations_text(truth, {.points = 6});
   five.erase(five.rfind('\n', five.size() - 2) + 1);
   EXPECT_THAT(refusal(five, {}), HasSubstr("add readings at rest"));
-  EXPECT_THAT(refusal("level," + header + "2,+X,+Y,1,2,3\n", {}), HasSubstr("run 1: the level is 2"));
+  EXPECT_THAT(refusal("level," + header + "2,+X,+Y,1,2,3\n", {}),
+              HasSubstr("run 1: the level is 2"));
 }
 
 TEST(CalibrateCommand, StoresARefusedRecordOnlyByForce) {

@@ -102,7 +102,8 @@ TEST_F(StoreTest, TheRecordThatHeldThen) {
   EXPECT_EQ(measured_at("2026-02-28"), "2024-03-01");
   EXPECT_EQ(measured_at("2026-03-01"), "2026-03-01");
   EXPECT_EQ(measured_at("2030-01-01"), "2026-03-01");
-  EXPECT_THAT(measured_at("2023-01-01"), HasSubstr("the date of its first calibration is 2024-03-01"));
+  EXPECT_THAT(measured_at("2023-01-01"),
+              HasSubstr("the date of its first calibration is 2024-03-01"));
   EXPECT_EQ(store({"show", "--serial", "A", "--at", "soon"}).status, 2);
   EXPECT_EQ(store({"show"}).status, 2);
   EXPECT_THAT(store({"show", "--serial", "C"}).err,
@@ -245,10 +246,12 @@ TEST_F(StoreTest, DamageIsFound) {
   change(store_, "UPDATE axiscal_coefficient SET value = 7 WHERE place = 0 AND calibration = 1");
   const ProgramResult changed = store({"verify"});
   EXPECT_EQ(changed.status, 1);
-  EXPECT_THAT(changed.out, HasSubstr("A, calibrated 2024-03-01: the coefficients differ from the record"));
+  EXPECT_THAT(changed.out,
+              HasSubstr("A, calibrated 2024-03-01: the coefficients differ from the record"));
   EXPECT_THAT(changed.out, Not(HasSubstr("B, calibrated")));
   change(store_, "UPDATE axiscal_record SET json = x'00' WHERE calibration = 2");
-  EXPECT_THAT(store({"verify"}).out, HasSubstr("B, calibrated 2024-03-02: the record is not compressed with zstd"));
+  EXPECT_THAT(store({"verify"}).out,
+              HasSubstr("B, calibrated 2024-03-02: the record is not compressed with zstd"));
 }
 
 }  // namespace
