@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulates calibrations with one deliberate mistake each. Counts how often the mistake is detected
-// and how often it is named, and how often runs without a mistake are reported as wrong. The table
-// in docs/accuracy.md shows the results.
+// Simulates calibrations with one deliberate mistake each. Counts how often a warning is given, how
+// often the warning names the right mistake, and how often runs without a mistake are reported as
+// wrong. The table in docs/accuracy.md shows the results.
 // Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]]. A third argument omits run_mistakes().
 #include <cstdint>
 #include <cstdio>
@@ -23,8 +23,9 @@ struct Case {
   Eigen::Vector3d ratio = Eigen::Vector3d::Ones();
   std::optional<axiscal::Method> method;
   bool stated_ratio = false;
-  int replicates = 1;  // replicates of the 12 positions
-  bool moved = false;  // true: one reading is moved by `sigmas` in a random direction
+  int replicates = 1;  // replicates of the 12 design points
+  // True: one reading is moved in a random direction by `sigmas` standard deviations of the noise.
+  bool moved = false;
 };
 
 const Eigen::Vector3d unequal(1.0, 1.0, 3.0);

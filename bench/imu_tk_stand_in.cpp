@@ -149,8 +149,9 @@ Eigen::Matrix3<T> model_matrix(const std::array<T, 6>& misalignment, const T* sc
 }
 
 /// Returns the calibrated specific force.
-/// @param p  parameters: yz, zy, zx; three scales; three biases. In the calibrated frame, x is the
-///           sensor's axis x, and the plane xy is that of its axes x and y.
+/// @param p  the misalignments yz, zy, zx, then three scales, then three biases. The axis x of the
+///           calibrated frame is the sensor's axis x. The plane xy of the calibrated frame is the
+///           plane of the sensor's axes x and y.
 template <typename T>
 Eigen::Vector3<T> calibrated_accelerometer(const T* p, const Eigen::Vector3d& raw) {
   const Eigen::Matrix3<T> matrix =

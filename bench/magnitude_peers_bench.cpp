@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs to compare with goal 5 of bench/README.md, the fit to the magnitude only. They use Ceres
-// with analytic and with automatic derivatives, with the same readings and the same start. Their
-// results are compared with fit_magnitude() before the timing.
+// Code for comparison with the library's fit to the magnitude only (goal 5 of bench/README.md). It
+// fits the same readings by Ceres, once with analytic and once with automatic derivatives, from the
+// same start values. The results are compared with fit_magnitude() before the timing.
 #include <ceres/ceres.h>
 #include <cmath>
 #include <cstdio>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr int count = magnitude_reading_count;
 
-// The residuals |A (v - b)| - 1 of the readings v in a field of magnitude 1. The parameters are b
-// and the upper triangle of A, row by row.
+// The residuals |A (v - b)| - 1 of the readings v in a field of magnitude 1. The parameters p are
+// the bias b and the upper triangle of the calibration matrix A, row by row.
 struct Deviations {
   const Eigen::MatrixX3d* v;
 

@@ -31,7 +31,8 @@ void reduce(benchmark::State& state, const char* kind) {
 BENCHMARK_CAPTURE(reduce, components, "generic");
 BENCHMARK_CAPTURE(reduce, components_and_angles, "accelerometer");
 
-// Gives a lower limit of the time: plain code that computes only the components and the residual.
+// Gives a lower limit of the time for one reading. The code computes only the components and the
+// residual.
 void plain_components(benchmark::State& state) {
   const axiscal::Calibration calibration = calibration_of("generic");
   const Eigen::Matrix3d S = calibration.sensor.response.sensitivity;

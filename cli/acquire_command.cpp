@@ -80,8 +80,8 @@ bool is_simulated(const AcquireCommand& command) {
   return !command.sources.empty() && command.sources.front().starts_with("sim:");
 }
 
-// Returns the default names of the slots (the places of the instruments) of an assembly. The list
-// is empty if the assembly has no default names.
+// Returns the default slot names of an assembly. A slot is the place of one instrument. The list is
+// empty if the assembly has no default names.
 std::vector<std::string> usual_slots(const std::string& assembly) {
   if (assembly.starts_with("h")) {
     return {"L", "R"};
@@ -90,8 +90,8 @@ std::vector<std::string> usual_slots(const std::string& assembly) {
                               : std::vector<std::string>();
 }
 
-// Returns the slots of the session's instruments. They are stated by --slot A,B,..; without that
-// option they are the default slots of the assembly.
+// Returns the slots of the session's instruments, which --slot A,B,.. states. Without this option,
+// returns the default slots of the assembly, or an empty list without --assembly.
 std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
   std::vector<std::string> slots;
   if (options.slot) {
@@ -135,7 +135,7 @@ Experiment experiment_for(const AcquireCommand& command) {
   if (states_slots(options)) {
     throw UsageError(
         "acquire: all instruments of a session must be of one kind; to calibrate several kinds, "
-        "record the readings with other software, and run calibrate on the recorded table");
+        "record the readings with other software, and run `calibrate` on the recorded table");
   }
   Experiment experiment = make_experiment(options);
   const std::vector<std::string> slots = slots_asked_for(options);
@@ -195,7 +195,8 @@ void set_stillness(const AcquireCommand& command, SessionSetup& setup) {
 }
 
 // Makes the setup of a session from the options.
-// @param begun  journal header of a resumed session; its experiment and run sheet are used.
+// @param begun  journal header of a resumed session, which states the experiment and the run sheet;
+//               nullopt for a new session.
 SessionSetup session_setup(const AcquireCommand& command,
                            const std::optional<SessionHeader>& begun) {
   SessionSetup setup;
@@ -233,7 +234,7 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   if (kind == "gyroscope") {
     throw UsageError(
         "acquire: --free: the field of a gyroscope that is turned by hand is unknown; record turns "
-        "between rests, and run calibrate --imu");
+        "between rests, and run `calibrate --imu`");
   }
   if (of.experiment.instrument.axis_count() != 3) {
     throw UsageError("acquire: --free requires one instrument with three axes");
@@ -280,7 +281,7 @@ Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>
     if (file && file->find('{') != std::string::npos && (slots.empty() || !is_own || !has_slot)) {
       throw UsageError(formatted(
           "acquire: '{}': {{slot}} may be used only in --record and --report, and only in a "
-          "session of several instruments (--assembly); {{serial}} may be used only in calibrate",
+          "session of several instruments (--assembly); {{serial}} may be used only in `calibrate`",
           *file));
     }
     if (file && is_own && !slots.empty() && !has_slot && *file != "-") {
@@ -379,8 +380,9 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
       typed_again({journal}), typed_connections(sources)));
 }
 
-// Returns the command that started a journal. Options of this call take precedence. The output
-// files are placed next to the journal, unless the options of this call name other files.
+// Returns the command that continues the session of a journal. It has the options in the journal,
+// but options of this call take precedence. The output files are placed next to the journal, unless
+// the options of this call name other files.
 AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& header) {
   AcquireCommand command = parse_acquire_command(header.arguments, *now.resume);
   command.resume = now.resume;
@@ -667,7 +669,7 @@ class Guided {
   }
 
  private:
-  // @return true if another session is wanted.
+  // Runs one session. @return true if the user requests another session.
   bool run_one(int number) {
     std::vector<std::string> lines;
     std::optional<Journal> journal;
@@ -785,7 +787,8 @@ std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command)
   if (command.sources.empty()) {
     throw UsageError(
         "acquire: give the address of the instrument with --connect, for example "
-        "serial:/dev/ttyUSB0, tcp://HOST:PORT or sim:; acquire --list shows the connected devices");
+        "serial:/dev/ttyUSB0, tcp://HOST:PORT or sim:; `acquire --list` shows the connected "
+        "devices");
   }
   std::vector<std::unique_ptr<Source>> sources;
   for (const std::string& address : command.sources) {

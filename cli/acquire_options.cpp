@@ -21,7 +21,7 @@ void add_options(OptionSet& options, AcquireCommand& command) {
       "readings are taken at the sample times of the first");
   source.add_flag("--list", command.list, "list connected devices and the kinds of sources");
   source.add("--temperature-column", command.temperature_column, "NAME",
-             "channel of the temperature [default: temperature]");
+             "name of the temperature channel [default: temperature]");
   add_experiment_options(options, command.experiment);
   add_sheet_options(options, command.sheet);
   OptionSet session = options.group("Session");
@@ -29,7 +29,8 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   session.add("--noise", command.noise, "SD|FILE",
               "standard deviation of a sample at rest, or the output of `noise --json`: sets the "
               "threshold for stillness and the dwell time [default: estimated during the session]");
-  session.add("--window", command.window, "S", "window of the sliding variance [s] [default: 0.5]");
+  session.add("--window", command.window, "S",
+              "length of the window of the sliding variance [s] [default: 0.5]");
   session.add("--dwell", command.dwell, "S",
               "duration of a reading [s] [default: 1 to 20, computed from the noise]");
   session.add("--placement-u", command.placement_u, "RAD",
@@ -38,16 +39,15 @@ void add_options(OptionSet& options, AcquireCommand& command) {
               "time for which the temperature must be steady before a block [s] [default: 300]");
   session.add("--soak-tolerance", command.soak_tolerance, "T",
               "largest change of the temperature output within --soak-window [default: 0.1]");
-  session.add_flag(
-      "--free", command.free,
-      "without a cube: turn the instrument by hand until the readings cover all directions "
-      "(method magnitude)");
+  session.add_flag("--free", command.free,
+                   "without a cube: turn the instrument by hand until the readings cover all "
+                   "directions (method 'magnitude')");
   session.add("--enough-deg", command.enough_deg, "U",
               "with --free: wanted expanded uncertainty (95 %) of any direction [degrees] "
               "[default: 0.5]");
   session.add_flag("--manual", command.manual, "take readings only on command, not automatically");
   session.add_flag("--unattended", command.unattended,
-                   "at the end repeat suspect readings and finish the session without asking");
+                   "at the end, repeat suspect readings, and finish the session without asking");
   OptionSet files = options.group("Files");
   files.add("--name", command.name, "NAME",
             "name of the files NAME.journal, .csv, .json, .html [default: axiscal-TIME]");

@@ -30,7 +30,7 @@ struct AcquireCommand {
   bool web = false;
 };
 
-/// Parses the command line with which a journal was started.
+/// Parses the command line that is stored in a journal.
 /// @param path  file name of the journal, for messages.
 /// @throws DataError  if the subcommand is not `acquire`.
 [[nodiscard]] AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,

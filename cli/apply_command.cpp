@@ -70,14 +70,14 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "height of the site of --latitude above the ellipsoid [default: 0]");
   options.add("--gravity-model", command.gravity_model, "NAME", "gravity model [default: wgs84]");
   options.add("--attitude", command.attitude, "RECORD",
-              "record of an accelerometer whose readings are in the same file; for headings and "
-              "for records with two fields");
+              "record of an accelerometer whose readings are in the same file; it is needed for "
+              "headings and for records with two fields");
   options.add("--frame", command.frame, "assembly|sensor",
               "frame of the results, for an instrument that was calibrated in an assembly "
               "[default: assembly]");
   options.add("--body", command.body, "BODY",
-              "file with the rotation of the sensor in a model, from calibrate --method attitude; "
-              "the results are in the model's frame");
+              "file with the rotation of the sensor in a model, from `calibrate --method "
+              "attitude`; the results are in the model's frame");
   options.add("--joint", command.joint, "RECORD=BODY",
               "record and rotation of a second instrument in the model, whose readings are in the "
               "same file; adds the column joint_deg, the angle between the two instruments");
@@ -188,9 +188,10 @@ Reducer make_reducer(const std::string& record,
   }
 }
 
-// Rotates the calibration to the frame of the model (body) in which the sensor is mounted.
+// Rotates the calibration to the frame of the body in which the sensor is mounted, for example a
+// wind-tunnel model.
 // @param record  file name of the calibration.
-// @param body    file name of the rotation from the sensor to the model.
+// @param body    name of the file that states the rotation from the sensor to the model.
 Calibration in_body(const std::string& record, const std::string& body, Calibration calibration) {
   const BodyRotation rotation = read_body_rotation(body);
   const std::string own = sha256_of_file(record);
@@ -211,7 +212,7 @@ Calibration in_body(const std::string& record, const std::string& body, Calibrat
 Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration) {
   const std::string frame = command.frame.value_or("assembly");
   if (frame != "assembly" && frame != "sensor") {
-    throw UsageError("--frame: must be assembly or sensor, not '" + frame + "'");
+    throw UsageError("--frame: must be 'assembly' or 'sensor', not '" + frame + "'");
   }
   if (command.body) {
     if (command.frame || command.attitude) {
@@ -312,8 +313,8 @@ void put_propagation(const std::string& record,
   }
 }
 
-// The second instrument of a model, from --joint. The angle between the two instruments is
-// computed.
+// The second instrument in the same body (for example a wind-tunnel model), stated by --joint. The
+// angle between this instrument and the first instrument is computed.
 struct Joint {
   Joint(const ApplyCommand& command,
         const FieldConversion& conversion,

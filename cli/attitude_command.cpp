@@ -46,8 +46,9 @@ std::string text_of(const BodyRotation& body) {
   }
   text +=
       body.residual_sd_rad > 0.0
-          ? formatted("\nstandard deviation of the readings from the known attitudes: {} degrees\n",
-                      degrees(body.residual_sd_rad))
+          ? formatted(
+                "\nstandard deviation between the readings and the known attitudes: {} degrees\n",
+                degrees(body.residual_sd_rad))
           : "";
   text += body.tare_rad > 0.0
               ? formatted(

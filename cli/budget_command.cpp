@@ -148,13 +148,20 @@ void show_parameters(const Calibration& calibration, Shown& shown) {
     shown.json["parameters"].push_back(std::move(json));
   }
   const IntrinsicParameters intrinsic = intrinsic_parameters(calibration);
-  shown.text += "\nQuantities independent of the mounting (angles in rad)\n";
+  shown.text += "\nQuantities independent of the mounting (angles in degrees)\n";
   shown.json["intrinsic"] = {{"names", intrinsic.names},
                              {"values", json_from(intrinsic.values)},
                              {"covariance", json_from_matrix(intrinsic.covariance)}};
   for (std::size_t i = 0; i < intrinsic.uncertainty.size(); ++i) {
-    shown.text += line(intrinsic.names[i], intrinsic.values(static_cast<Eigen::Index>(i)),
-                       intrinsic.uncertainty[i], sources);
+    const double unit = intrinsic.names[i].starts_with("angle.") ? deg_per_rad : 1.0;
+    CombinedUncertainty uncertainty = intrinsic.uncertainty[i];
+    uncertainty.u *= unit;
+    uncertainty.expanded *= unit;
+    for (double& u : uncertainty.by_source) {
+      u *= unit;
+    }
+    shown.text += line(intrinsic.names[i], unit * intrinsic.values(static_cast<Eigen::Index>(i)),
+                       uncertainty, sources);
   }
 }
 

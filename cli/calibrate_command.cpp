@@ -52,11 +52,11 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
               "record of a three-axis instrument whose readings are in the same FILE; the "
               "calibration is rotated to that instrument's frame");
   options.add("--body", command.body, "BODY",
-              "file of the rotation that --tare corrects (method attitude), if no FILE of readings "
-              "in known attitudes is given");
+              "file of the rotation that --tare corrects (method 'attitude'), if no FILE of "
+              "readings in known attitudes is given");
   options.add("--tare", command.tare, "FILE",
               "readings in one known attitude; they correct the rotation from the readings or from "
-              "--body (method attitude). An attitude that is not given is taken as level");
+              "--body (method 'attitude'). An attitude that is not given is taken as level");
   options.add_flag("--json", command.json, "print the record instead of tables");
   options.add_flag("--all", command.all,
                    "print all results: sensing axes, levelness, quality of the fit");
@@ -88,15 +88,14 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   options.add("--limits", command.limits, "FILE",
               "file of limits by which a unit is accepted or rejected; a rejected unit gives exit "
               "status 1");
-  options.add(
-      "--history", command.history, "FOLDER",
-      "earlier records of the unit or of its --model (a folder, a .jsonl file or a store); they "
-      "show how biases change between blocks");
+  options.add("--history", command.history, "FOLDER",
+              "earlier records of the same unit, or of its model if --model is given (a folder, a "
+              ".jsonl file or a store); they show how biases change between blocks");
   options.add_flag("--each", command.each,
                    "each file is a unit with its own record; -o must contain {file} or {serial}. "
                    "Without --each the files are blocks of one unit");
   options.add("--calibrated", command.calibrated, "DATE",
-              "date of the readings, if the file lacks the columns 'time' and 'date' (ISO 8601)");
+              "date (ISO 8601) of the readings, if the file lacks the columns 'time' and 'date'");
   options.add(
       "--table", command.table, "FILE",
       "write a table of many units (column 'serial'): one row per unit, with verdict and reason");
@@ -104,10 +103,9 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
       "--stream", command.stream,
       "calibrate many units in constant memory: a unit is a group of rows with one 'serial', or "
       "one JSON line; -o RECORDS.jsonl[.zst] contains one line per unit, --table one row per unit");
-  options.add(
-      "--shard", command.shard, "I/N",
-      "with --stream: calibrate only part I of N of the units, chosen by a hash of the serial "
-      "number; axiscal merge joins the parts");
+  options.add("--shard", command.shard, "I/N",
+              "with --stream: calibrate only part I of N of the units, chosen by a hash of the "
+              "serial number; `axiscal merge` joins the parts");
   options.add_flag("--resume", command.resume,
                    "with --stream: keep the complete lines of the outputs, and continue after "
                    "them");
@@ -116,7 +114,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
               "barcode scanner");
   options.add("--store", command.store, "STORE",
               "also store the records in a database: FILE.db (SQLite), or "
-              "postgresql://USER@HOST/DATABASE; see axiscal store");
+              "postgresql://USER@HOST/DATABASE; see `axiscal store`");
   options.add("--station", command.station, "NAME",
               "with --store: name of the station that took "
               "the readings");
@@ -252,7 +250,7 @@ struct Outcome {
   bool refused = false;
   bool stored_refused = false;
   bool failed = false;        // true if a limit is not met, or a reading is not confirmed
-  std::string refused_slots;  // "refused"; if records have slots, "refused: slot A, B"
+  std::string refused_slots;  // message: "refused", or with slots "refused: slot A, B"
   std::string text;
 };
 
@@ -595,7 +593,7 @@ int run_batch(const CalibrateCommand& command,
     database->finish();
   }
   all.reset();  // frees memory for the table
-  text += formatted("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
+  text += formatted("yield: {} of {} ({:.1f} %)\n", good, units.size(),
                     100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
   if (command.table && *command.table != "-") {
     write_whole_file(*command.table, table_of(units, parameters));
@@ -611,7 +609,8 @@ int deliver_records(const CalibrateCommand& command,
                     const std::string& heading) {
   Outcome outcome = store(command, calibrations);
   outcome.text.insert(0, heading);
-  const bool prints_summary = !is_quiet() || !command.output;  // the only result without -o
+  // Without -o the summary is the only result, so it is printed even with --quiet.
+  const bool prints_summary = !is_quiet() || !command.output;
   if (command.output == "-" && may_be_stored(command, outcome.refused)) {
     write_whole_file("-", records_text(calibrations));
     outcome.stored_refused = true;
@@ -886,8 +885,8 @@ int run(const CalibrateCommand& command) {
       (!experiment.fit.method || method_kind(*experiment.fit.method).by_magnitude);
   const bool is_of_rests = may_be_samples && gather_rests(experiment.instrument.kind, run);
   if (is_of_rests) {
-    // In many attitudes, the errors of the sensor's model exceed the noise of a rest's mean
-    // reading, so all rests get equal weights.
+    // The noise of a rest's mean reading is usually smaller than the errors of the sensor's model,
+    // so all rests get equal weights instead of weights by their noise.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
   }
   if (is_of_rests && !experiment.fit.method && experiment.instrument.kind == "accelerometer" &&

@@ -25,12 +25,14 @@ struct CalibrateCommand {
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table, calibrated;
-  std::optional<std::string> align;        ///< record of a second instrument in the same file
-  std::optional<std::string> body, tare;   ///< for method attitude: earlier rotation, tare readings
-  std::optional<std::string> shard;        ///< for --stream: part I of N parts of the units
+  std::optional<std::string> align;  ///< record of a second instrument in the same file
+  /// For method attitude: files with an earlier rotation and with readings for the tare.
+  std::optional<std::string> body, tare;
+  std::optional<std::string> shard;        ///< for --stream: I/N, the calibrated part of the units
   std::optional<std::string> serial_from;  ///< file whose first line is the serial number
-  std::optional<std::string> store, station, batch;  ///< where records are stored, and their origin
-  bool stream = false;                               ///< one output line for each instrument
+  /// The store of the records; the test station and the batch that are stored with each record.
+  std::optional<std::string> store, station, batch;
+  bool stream = false;  ///< one output line for each instrument
   bool resume = false;  ///< for --stream: keep the complete lines of existing outputs
   bool each = false;    ///< make one record per file or serial number
   bool json = false;
@@ -52,7 +54,7 @@ struct Unit {
   std::string serial;
   std::string result;  ///< "pass", "fail", "ok", "warning", "refused", "error"
   std::string reason;
-  std::vector<double> cells;  ///< for a table: value, then u, of each parameter
+  std::vector<double> cells;  ///< row of a table: value, standard uncertainty of each parameter
   std::string record;         ///< JSON of the record; empty if it is not stored
 };
 
@@ -74,7 +76,7 @@ struct Unit {
 /// @param sha256  digest of the instrument's readings.
 [[nodiscard]] std::string refusal_json(const Unit& unit, const std::string& sha256);
 
-/// The header line, and the line for one instrument, of a table in CSV.
+/// Return the header line of a CSV table, and the line of one instrument.
 [[nodiscard]] std::string table_header(const std::vector<std::string>& parameters);
 [[nodiscard]] std::string table_row(const Unit& unit, std::size_t parameters);
 

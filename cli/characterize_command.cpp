@@ -27,7 +27,7 @@ namespace axiscal::cli {
 namespace {
 
 struct CharacterizeCommand {
-  std::vector<std::string> references;  ///< RECORD=OBSERVATIONS
+  std::vector<std::string> references;  ///< arguments of the form RECORD=OBSERVATIONS
   std::string id;
   std::string output;
   std::optional<std::string> drawing, level_by, leave_out;
@@ -47,8 +47,8 @@ void add_options(OptionSet& options, CharacterizeCommand& command) {
               "positioner file of the cube as drawn; its feet give the exact attitude in each "
               "seat");
   options.add("--level-by", command.level_by, "run|block",
-              "estimate one slope of the table for each reference (run) or each block [default: "
-              "run]");
+              "estimate one slope of the table for each reference ('run') or for each block "
+              "('block') [default: run]");
   options.add("--leave-out", command.leave_out, "SLOTS", "slots to leave out, for example A,B");
   options.add_flag("--hold-bias-and-scale", command.hold_bias_and_scale,
                    "take bias and scale from the records [default: fit them again]");

@@ -41,7 +41,7 @@ struct CheckCommand {
 
 void add_options(OptionSet& options, CheckCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)");
-  options.add("other", command.other, "FILE", "observations (CSV) or another record (JSON)");
+  options.add("other", command.other, "FILE", "readings (CSV) or another record (JSON)");
   add_experiment_options(options, command.experiment);
   add_table_options(options, command.table);
   options.add("--alpha", command.alpha, "P", "probability of a false alarm [default: 0.01]");
@@ -74,8 +74,8 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
 // Returns a remark if the record was made from the same readings. They always agree with the
 // record, so they cannot show a change.
 std::string own_text(bool own) {
-  return own ? "The record was made from these readings, so their agreement proves nothing. Take "
-               "new readings.\n"
+  return own ? "The record was made from these readings, so they always agree. Take new readings "
+               "to test for drift.\n"
              : "";
 }
 
@@ -107,6 +107,18 @@ std::string changes_text(const std::vector<ParameterChange>& changes, bool with_
   return text;
 }
 
+// Returns the changes with angles in degrees.
+std::vector<ParameterChange> in_degrees(std::vector<ParameterChange> changes) {
+  for (ParameterChange& change : changes) {
+    if (change.parameter.starts_with("angle.")) {
+      for (double* const value : {&change.old_value, &change.new_value, &change.u}) {
+        *value *= deg_per_rad;
+      }
+    }
+  }
+  return changes;
+}
+
 std::string check_text(const DriftCheck& check, const Calibration& record) {
   std::string text = check.drifted
                          ? "drifted: the coefficients differ by more than chance (p = "
@@ -126,8 +138,8 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
   }
   text +=
       "\nQuantities independent of the mounting: biases, sensitivities, angles between axes "
-      "[rad]\n" +
-      changes_text(check.intrinsic, true);
+      "[degrees]\n" +
+      changes_text(in_degrees(check.intrinsic), true);
   return text;
 }
 
@@ -234,7 +246,7 @@ double alpha_of(const CheckCommand& command) {
 struct FreshReadings {
   Experiment experiment;
   Run run;
-  std::optional<double> temperature;  // mean of the readings; nullopt if unknown
+  std::optional<double> temperature;  // mean temperature of the readings; nullopt if unknown
 };
 
 std::optional<double> mean_temperature(const Observations& observations) {
@@ -265,7 +277,8 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   options.files = {*command.other};
   ExperimentFile without_method = make_experiment_file(options, experiment_of(old));
   FreshReadings fresh{.experiment = without_method.experiment};
-  without_method.experiment.fit.method.reset();  // the labels of the new readings decide the method
+  // The method is then chosen according to the labels of the new readings.
+  without_method.experiment.fit.method.reset();
   fresh.run =
       read_run(without_method, Units::one,
                {.options = command.table,
@@ -307,7 +320,7 @@ Calibration calibration_of(const CheckCommand& command,
                                   readings.run.slots),
                     old);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
-  for (Calibration& calibration : calibrations) {  // `check` has its own note on this
+  for (Calibration& calibration : calibrations) {  // `check` prints its own note
     std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
       return warning.code == WarningCode::field_in_bias;
     });
@@ -407,7 +420,7 @@ int run(const CheckCommand& command) {
   }
   if (command.record.empty() || !command.other) {
     throw UsageError(
-        "check: requires a RECORD, and a FILE (observations or another record) to compare with the "
+        "check: requires a RECORD, and a FILE (readings or another record) to compare with the "
         "RECORD");
   }
   const double alpha = alpha_of(command);
@@ -473,7 +486,7 @@ int run(const CheckCommand& command) {
       }
       if (predicted) {
         const DriftCheck check = check_few(command, readings, old, alpha);
-        print_remark("note", "no calibration is computed from the new readings: " + why_predicted);
+        print_remark("note", why_predicted);
         print_notes(check);
         return report(command, check_json(check, std::nullopt, own),
                       own_text(own) + check_text(check, old), check.drifted);

@@ -100,7 +100,7 @@ std::vector<std::string> with_joined_values(CLI::App& app,
         const std::vector<std::string> names = all_names(subcommand, arguments);
         const std::vector<std::string_view> views(names.begin(), names.end());
         const std::string name = argument.substr(0, argument.find('='));
-        throw UsageError(formatted("unknown option '{}'{}\naxiscal {} --help shows the options",
+        throw UsageError(formatted("unknown option '{}'{}\n`axiscal {} --help` shows the options",
                                    name, did_you_mean(name, views), subcommand.name));
       }
       const bool takes_value = option->get_items_expected_min() > 0;
@@ -179,7 +179,7 @@ SubcommandDefinition definition_of_subcommand(const CLI::App& subcommand) {
   for (const CLI::Option* option : subcommand.get_options()) {
     definition.options.push_back(definition_of(*option));
   }
-  // Sorts the arguments first, then the options by their groups, in the order of CLI11.
+  // Puts the arguments first. The options follow in the order of CLI11's groups.
   const std::vector<std::string> groups = subcommand.get_groups();
   std::stable_sort(definition.options.begin(), definition.options.end(),
                    [&](const OptionDefinition& a, const OptionDefinition& b) {
@@ -226,6 +226,9 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
 std::vector<std::string> with_help_as_option(std::vector<std::string> arguments) {
   if (!arguments.empty() && arguments.front() == "help") {
     arguments.erase(arguments.begin());
+    if (!arguments.empty() && arguments.front() == "help") {
+      arguments.clear();
+    }
     arguments.emplace_back("--help");
   }
   return arguments;
@@ -237,14 +240,34 @@ bool asks_for_help(std::string_view word) {
                                         word.find('h') != std::string_view::npos);
 }
 
+// Returns the message for words that CLI11 does not accept.
+std::string message_of(const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const auto name_before = [&](std::string_view words) { return text.substr(0, text.find(words)); };
+  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+    return name_before(" is required") + " is missing";
+  }
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    const std::size_t colon = text.find(": ");
+    return formatted("unknown option or argument '{}'",
+                     colon == std::string::npos ? text : text.substr(colon + 2));
+  }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    return name_before(":") + (text.find("missing") != std::string::npos
+                                   ? ": the value is missing"
+                                   : ": give it only once, with one value");
+  }
+  return text;
+}
+
 [[noreturn]] void refuse_subcommand(std::span<const Subcommand> subcommands,
                                     const std::string& name) {
   std::vector<std::string_view> names;
   for (const Subcommand& subcommand : subcommands) {
     names.emplace_back(subcommand.name);
   }
-  throw UsageError(formatted("unknown subcommand '{}'{}\naxiscal help lists the subcommands", name,
-                             did_you_mean(name, names)));
+  throw UsageError(formatted("unknown subcommand '{}'{}\n`axiscal help` lists the subcommands",
+                             name, did_you_mean(name, names)));
 }
 
 }  // namespace
@@ -303,15 +326,19 @@ Action parse_command_line(const std::vector<std::string>& typed,
         std::find(arguments.begin(), arguments.end(), "--verbose") != arguments.end();
     return show(asks_for_all ? verbose_version(subcommands) : std::string(software_name()) + "\n");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(error.what());
+    if (named != nullptr) {
+      throw UsageError(formatted("{}\n`axiscal {} --help` shows the options", message_of(error),
+                                 arguments.front()));
+    }
+    // The options belong to a subcommand that is missing: see below.
   }
   set_quiet(common.quiet);
   if (common.jobs) {
     set_worker_count(static_cast<std::size_t>(parse_whole_number("--jobs", *common.jobs, 1)));
   }
   if (named == nullptr) {
-    throw UsageError("the subcommand must come before its options\n\n" +
-                     overview(definition_of(app)));
+    throw UsageError(formatted("a subcommand must come before '{}'\n\n{}", arguments.front(),
+                               overview(definition_of(app))));
   }
   return action;
 }

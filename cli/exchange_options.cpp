@@ -8,8 +8,9 @@ namespace {
 
 void add_export_options(OptionSet& options, ExportCommand& command) {
   options.add("record", command.records, "RECORD",
-              "calibration record (JSON); kalibr takes two (accelerometer and gyroscope) or the "
-              "output of `noise --json`; px4, ardupilot and iio take all sensors of a vehicle");
+              "calibration record (JSON); the format kalibr takes two records (accelerometer and "
+              "gyroscope) or the output of `noise --json`; the formats px4, ardupilot and iio take "
+              "the records of all sensors of a vehicle");
   options.add("--format", command.format, "NAME", "name of the format; --list prints the names");
   options.add_flag("--list", command.list,
                    "list the formats with the formulas that the other software uses");
@@ -30,7 +31,7 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9 [default: 0]");
   options.add("--laboratory", command.laboratory, "FILE",
               "file with the details of a digital calibration certificate (format dcc): "
-              "laboratory, customer, number, ... (see report --laboratory)");
+              "laboratory, customer, number, ... (see `report --laboratory`)");
   add_unit_options(options, command.units);
   add_stored_record_options(options, command.stored);
   options.add_flag("--lossy", command.lossy,

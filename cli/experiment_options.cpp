@@ -74,8 +74,8 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
 }
 
-// Returns the part of a field whose magnitude, vector and source the options state. In a sum of
-// fields, this is the induced part. If no part is induced, it is the first part.
+// Returns the part of a field to which the options for magnitude, vector and source apply. In a sum
+// of fields, this is the induced part. If no part is induced, it is the first part.
 FieldSetup& stated_part(FieldSetup& field) {
   for (FieldSetup& part : field.others) {
     if (!field.is_induced() && part.is_induced()) {
@@ -97,7 +97,7 @@ FieldSetup part_of(std::string_view text) {
   if (parting != std::string_view::npos) {
     part.role = parse_role(text.substr(parting + 1));
     if (!part.role) {
-      throw UsageError(formatted("--field: '{}': the role must be local or induced", text));
+      throw UsageError(formatted("--field: '{}': the role must be 'local' or 'induced'", text));
     }
   }
   return part;
@@ -171,7 +171,7 @@ void set_models(const ExperimentOptions& options, FieldSetup& part) {
 
 void set_source(const std::string& source, FieldSetup& part) {
   if (source != "sun" && source != "lamp") {
-    throw UsageError(formatted("--source: must be sun or lamp, not '{}'", source));
+    throw UsageError(formatted("--source: must be 'sun' or 'lamp', not '{}'", source));
   }
   if (part.kind() != "light") {
     throw UsageError("--source: requires --field light");
@@ -258,7 +258,7 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     const std::optional<MagnitudeShape> shape = parse_shape(*options.shape);
     if (!shape) {
       throw UsageError(
-          formatted("--shape: must be symmetric or triangular, not '{}'", *options.shape));
+          formatted("--shape: must be 'symmetric' or 'triangular', not '{}'", *options.shape));
     }
     experiment.fit.shape = *shape;
   }
@@ -266,7 +266,7 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     experiment.fit.weighting = parse_weighting(*options.weights);
     if (!experiment.fit.weighting) {
       throw UsageError(
-          formatted("--weights: must be samples, sd or none, not '{}'", *options.weights));
+          formatted("--weights: must be 'samples', 'sd' or 'none', not '{}'", *options.weights));
     }
   }
   experiment.fit.robust = experiment.fit.robust || options.robust;
@@ -307,7 +307,7 @@ void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
     const std::optional<int> order =
         setup.automatic ? std::optional(0) : parse_integer(*options.temperature_order);
     if (!order || *order < 0) {
-      throw UsageError(formatted("--temperature-order: must be 0, 1, 2 or auto, not '{}'",
+      throw UsageError(formatted("--temperature-order: must be 0, 1, 2 or 'auto', not '{}'",
                                  *options.temperature_order));
     }
     setup.order = *order;
@@ -359,7 +359,7 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                  "columns of the readings, one for each axis; d=p-n defines an axis d whose "
                  "readings are column p minus column n [default: x,y,z]");
   instrument.add("--range", experiment.range, "LO,HI",
-                 "readings at or beyond these limits are saturated and left out for their axis");
+                 "a reading at or beyond these limits is saturated; it is left out for this axis");
   instrument.add_flag("--one-sided", experiment.one_sided,
                       "each axis responds only to light from its front side (photodiodes)");
   instrument.add("--unit", experiment.unit, "UNIT", "unit of the readings [default: 1]");
@@ -367,21 +367,22 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "--nominal-sensitivity", experiment.nominal_sensitivity, "S",
       "nominal sensitivities of the axes, to detect a mistake that changes all readings of a run "
       "in the same way");
-  instrument.add("--convention", experiment.convention, "flu|frd",
-                 "axes forward-left-up or forward-right-down [default: flu]");
+  instrument.add(
+      "--convention", experiment.convention, "flu|frd",
+      "directions of x, y, z: forward-left-up (flu) or forward-right-down (frd) [default: flu]");
   OptionSet field = options.group("Field");
   field.add("--field", experiment.field, "KIND",
             "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or "
             "custom; or a FILE.json with the field. KIND+KIND is a sum; a single magnitude or "
-            "vector is then that of the induced part. KIND:induced is multiplied by the level of a "
+            "vector then belongs to the induced part. KIND:induced is multiplied by the level of a "
             "reading, KIND:local is not. NAME=KIND reads the level from the column level.NAME");
   field.add("--also", experiment.also, "KIND",
             "a second known field to which the instrument responds (a gyroscope's g-sensitivity)");
   field.add("--field-unit", experiment.field_unit, "UNIT",
             "g, m/s^2, nT, uT, T, rad/s, deg/s, deg/h, 1 or W/m^2 [default: g for gravity]");
   field.add("--field-magnitude", experiment.field_magnitude, "F",
-            "magnitude of the field, in its unit; A+B for a sum; `unknown`: fit the magnitude, if "
-            "another part of the sum is known");
+            "magnitude of the field, in the field's unit; A+B for a sum; `unknown`: the magnitude "
+            "is fitted (another part of the sum must be known)");
   field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
             "standard uncertainty of --field-magnitude");
   field.add("--field-table", experiment.field_table, "X,Y,Z",
@@ -401,40 +402,41 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "source of the light; the position of the sun is computed for the time of each reading");
   OptionSet table_and_cube = options.group("Table and cube");
   table_and_cube.add("--fence-azimuth", experiment.fence_azimuth, "DEG",
-                     "azimuth of the table's y axis, clockwise from north [default: 0; method "
-                     "joint estimates it]");
+                     "azimuth of the table's y axis, clockwise from north [default: 0; the method "
+                     "'joint' estimates it]");
   table_and_cube.add(
       "--face-names", experiment.face_names, "WORD=FACE,..",
-      "meaning of words in the columns rest and fence, for example 'up=-Z,nose up=-X'");
+      "meaning of words in the columns 'rest' and 'fence', for example 'up=-Z,nose up=-X'");
   table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table [default: 0,0]");
   table_and_cube.add("--positioner", experiment.positioner, "FILE",
                      "file of the measured cube [default: the nominal cube]");
-  table_and_cube.add(
-      "--slot", experiment.slot, "NAME",
-      "name of the mount (in the positioner file) that holds the instrument; for acquire with "
-      "several instruments, the names A,B,.. of their mounts");
+  table_and_cube.add("--slot", experiment.slot, "NAME",
+                     "name of the mount (in the positioner file) that holds the instrument; for "
+                     "`acquire` with several instruments, the names A,B,.. of their mounts");
   table_and_cube.add(
       "--assembly", experiment.assembly, "NAME",
       "orientation of the instruments in the slots (columns SLOT.axis): parallel, single, triple "
       "(axes parallel to the cube's), h or h:y (two instruments on the web of an H, the second "
       "turned by 180 degrees about x or y)");
   OptionSet method = options.group("Method");
-  method.add("--method", experiment.method, "METHOD",
-             "paired, joint, known, magnitude, bias or attitude; magnitude needs no labels. Method "
-             "bias takes readings at rest in one pose, over temperature. Method attitude finds how "
-             "the instrument of --from is mounted in a model [default: chosen from the readings]");
+  method.add(
+      "--method", experiment.method, "METHOD",
+      "paired, joint, known, faces, magnitude, bias or attitude; 'magnitude' needs no labels. The "
+      "method "
+      "'bias' takes readings at rest in one pose, over temperature. The method 'attitude' finds "
+      "how the instrument of --from is mounted in a model [default: chosen from the readings]");
   method.add("--shape", experiment.shape, "SHAPE",
-             "form of the sensitivity matrix of method magnitude: symmetric or triangular "
+             "method 'magnitude': form of the sensitivity matrix, symmetric or triangular "
              "[default: symmetric]");
   method.add(
       "--weights", experiment.weights, "W",
-      "weights of the readings: samples (by the column 'samples'), sd (by the columns AXIS_sd) or "
-      "none (equal weights) [default: samples if the column exists]");
+      "weights of the readings: 'samples' (from the column 'samples'), 'sd' (from the columns "
+      "AXIS_sd) or 'none' (equal weights) [default: 'samples' if that column exists]");
   method.add_flag("--robust", experiment.robust,
                   "robust regression (bisquare), which gives outliers small weights");
-  method.add_flag("--squares", experiment.squares,
-                  "method magnitude: also fit a squared term of each axis, for a nonlinear "
-                  "response");
+  method.add_flag(
+      "--squares", experiment.squares,
+      "method 'magnitude': also fit a squared term of each axis, for a nonlinear response");
   method.add_flag("--polar-fit", experiment.polar_fit,
                   "also fit the polar form of the axes (coning angle, azimuth) by Gauss-Newton, to "
                   "compare it with the linear fit");
@@ -442,28 +444,28 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
              "known ratios of the noise of the axes, for example 1,1,1; with known ratios, smaller "
              "mistakes are detected");
-  method.add(
-      "--drift", experiment.drift, "auto|none|linear",
-      "fit a drift of the bias over the run; auto: if the readings show one [default: auto]");
+  method.add("--drift", experiment.drift, "auto|none|linear",
+             "fit a drift of the bias over the run; 'auto' fits it only if the readings show a "
+             "drift [default: auto]");
   method.add("--seats", experiment.seats, "auto|fit|none",
-             "fit a random rotation of the cube for each time that it is laid down; auto: if there "
-             "are 24 readings or more [default: auto]");
+             "fit a random rotation of the cube for each time that it is laid down; 'auto' fits it "
+             "only if there are 24 readings or more [default: auto]");
   method.add("--level-by", experiment.level_by, "run|block",
              "one slope of the table for the run or one for each block [default: run]");
   method.add("--temperature-order", experiment.temperature_order, "N",
-             "order of the polynomial in temperature for bias and scale: 0, 1, 2 or auto; method "
-             "bias takes any order [default: 0]");
+             "order of the polynomial in temperature for bias and scale: 0, 1, 2 or auto; the "
+             "method 'bias' accepts any order [default: 0]");
   method.add("--temperature-reference", experiment.temperature_reference, "T",
              "temperature for which the coefficients are stated [default: mean of the readings]");
   method.add("--from", experiment.from, "RECORD",
-             "record that gives the sensitivity (method bias) or the calibration of the instrument "
-             "(method attitude)");
+             "record that gives the sensitivity (method 'bias') or the calibration of the "
+             "instrument (method 'attitude')");
   OptionSet uncertainty = options.group("Uncertainty");
   uncertainty.add("--resolution", experiment.resolution, "Q", "smallest step of a reading");
   uncertainty.add("--slope-u", experiment.slope_u, "RAD",
                   "standard uncertainty of --slope along x and y");
   uncertainty.add("--direction-u", experiment.direction_u, "RAD",
-                  "standard uncertainty of the direction of a field whose direction is known");
+                  "standard uncertainty of the field's stated direction");
   uncertainty.add("--temperature-u", experiment.temperature_u, "U",
                   "standard uncertainty of the temperature output");
   uncertainty.add("--reference-u", experiment.reference_u, "U",
@@ -698,9 +700,9 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
 
 namespace {
 
-// Returns a field with the parts that were stated for the record. A part of unknown magnitude stays
-// unknown, because its magnitude may have changed, for example that of the light in a room. For a
-// part of known magnitude, the direction that the record found becomes the start value.
+// Returns the field that was stated for a record, with start values for a new calibration. A part
+// of known magnitude starts with its direction in the record. A part of unknown magnitude stays
+// unknown, because its magnitude may have changed, for example that of the light in a room.
 FieldSetup parts_as_stated(FieldSetup stated, const FieldDescription& found) {
   const auto start = [](FieldSetup& part, const FieldDescription& known) {
     if (!part.in_table && part.magnitude) {

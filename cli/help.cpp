@@ -167,11 +167,11 @@ std::string entry(const OptionDefinition& option, const std::string& description
 
 // Returns the description up to its first semicolon, followed by the default value.
 std::string first_clause(const std::string& description) {
+  const std::size_t stated = description.find(" [default:");
   const std::size_t end = description.find(';');
-  if (end == std::string::npos) {
+  if (end == std::string::npos || end > stated) {
     return description;
   }
-  const std::size_t stated = description.find(" [default:", end);
   return description.substr(0, end) +
          (stated == std::string::npos ? "" : description.substr(stated));
 }
@@ -208,7 +208,7 @@ std::string overview(const ProgramDefinition& program) {
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("  {:<14}{}\n", subcommand.name, subcommand.help);
   }
-  return text + "axiscal help SUBCOMMAND prints the options, axiscal --version the version.\n";
+  return text + "`axiscal help SUBCOMMAND` prints the options, `axiscal --version` the version.\n";
 }
 
 std::string short_help(const SubcommandDefinition& subcommand) {

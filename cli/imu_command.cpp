@@ -194,8 +194,9 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   return known;
 }
 
-// Returns the regions of the log that are stated. They are in the file or column of --regions, or
-// without that option in the column `part`. The list is empty if there is no such column.
+// Returns the stated rests and turns of the log. They are read from the file or column that
+// --regions names. Without this option, they are read from the column `part`. The list is empty if
+// the log has no such column.
 std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& input) {
   if (command.rests.regions) {
     const bool is_file = command.rests.regions->ends_with(".json");
@@ -324,8 +325,8 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   std::vector<Calibration> records = imu.records();
   std::erase_if(records, [&](const Calibration& record) {
     const LogSensor* const sensor = sensor_of(input, record);
-    // If a kind has no sensor with this number, another sensor of the kind was used. Its record is
-    // stored only for its own number.
+    // If a kind has no sensor with this number, a sensor of the same kind with another number was
+    // used. The record of that sensor is stored only in the call for its own number.
     return (instance > 0 && sensor != nullptr && sensor->number != instance) ||
            !is_wanted(command, record.provenance.slot);
   });

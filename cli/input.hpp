@@ -23,10 +23,15 @@ struct TableReading {
   /// Kind of the instrument whose columns are recognised (see WantedColumns::kind). If it is empty,
   /// only the columns that the options state are used.
   std::string kind;
-  std::string unit;          ///< unit to which readings are converted (see WantedColumns::unit);
-                             ///< empty: no conversion
-  std::string faces_of;      ///< see WantedColumns::faces_of
-  std::string of_recording;  ///< see WantedColumns::of_recording
+  /// Unit to which readings are converted (see WantedColumns::unit). If it is empty, readings are
+  /// not converted.
+  std::string unit;
+  /// Kind of the instrument, if words for faces may be read as labels of poses (see
+  /// WantedColumns::faces_of).
+  std::string faces_of;
+  /// Kind of the instrument, if its sensor may be read from a recording (see
+  /// WantedColumns::of_recording).
+  std::string of_recording;
 };
 
 /// Reads a table of observations, with the SHA-256 of its file.

@@ -96,7 +96,7 @@ void forbid_options_of_calibrate(const ExperimentOptions& options) {
                              &options.field_magnitude_u}) {
     if (option->has_value() || options.one_sided) {
       throw UsageError(
-          "level: the options of calibrate can be used only with readings, because they cannot "
+          "level: the options of `calibrate` can be used only with readings, because they cannot "
           "change a record");
     }
   }

@@ -68,8 +68,8 @@ std::string series_table(const RecordingSummary& summary) {
         std::isfinite(one.rate_hz) ? number_text(one.rate_hz, 4) : "-",
         has_times ? number_text(one.end_s - one.start_s, 5) : "-",
         one.series.unit.empty() ? "-" : one.series.unit, columns_text(one),
-        std::string(one.gaps > 0 ? formatted("; {} gaps", one.gaps) : "") +
-            (missing > 0 ? formatted("; {} numbers missing", missing) : "") +
+        std::string(one.gaps > 0 ? formatted("; gaps: {}", one.gaps) : "") +
+            (missing > 0 ? formatted("; missing numbers: {}", missing) : "") +
             (one.series.kind != SeriesKind::other && is_constant(one) ? "; does not vary" : ""));
   }
   return text;
@@ -108,7 +108,7 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
   const SeriesSummary& one = summary.series[accelerometer.series];
   const double still_s = one.still_to_s - one.still_from_s;
   const double span_s = one.end_s - one.start_s;
-  // Largest share of a calibration log that its longest rest may have.
+  // A log is a calibration log only if its longest rest is at most this share of its duration.
   constexpr double most = 0.34;
   constexpr double shortest_s = 1.0;
   constexpr std::size_t most_readings = 500;
@@ -132,15 +132,15 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
   if (still_s < shortest_s) {
     return "the accelerometer is never still for a second, so this log cannot be used to calibrate "
            "it.\nLog the accelerometer at rest for some seconds in each of 12 or more "
-           "orientations, and run\ncalibrate --imu on the new log\n";
+           "orientations, and run\n`calibrate --imu` on the new log\n";
   }
   return formatted("the accelerometer's longest rest is from {} to {} s after its first sample\n",
                    number_text(one.still_from_s, 4), number_text(one.still_to_s, 4)) +
          next_of(formatted("calibrate --imu {} {}", file, output));
 }
 
-// Returns the next command for a log in which no sensor is recognised. It assumes that a sensor is
-// the first three columns of a series whose values vary.
+// Returns the next command for a log in which no sensor is recognised. It assumes that the first
+// three columns with varying values in one series are the axes of a sensor.
 std::string next_for_unknown(const RecordingSummary& summary, const std::string& file) {
   for (const SeriesSummary& one : summary.series) {
     std::vector<std::string> three;

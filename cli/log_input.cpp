@@ -51,8 +51,9 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
   add_log_options(options, rests.log);
   OptionSet log = options.group("Log");
   log.add("--columns", rests.columns, "A,B,..",
-          "columns whose variance distinguishes rest from motion [default: segment: "
-          "--accelerometer, or x,y,z; calibrate: the gyroscope's, or the accelerometer's]");
+          "columns whose variance distinguishes rest from motion; by default, `segment` uses the "
+          "columns of --accelerometer, otherwise x,y,z, and `calibrate` uses the gyroscope's "
+          "columns, otherwise the accelerometer's");
   log.add("--window", rests.window, "S",
           "length of the sliding window [s]; half a window is left out at both ends of a rest "
           "[default: 0.5]");
@@ -61,20 +62,22 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
   log.add("--trim", rests.trim, "S",
           "additional time to leave out at both ends of a rest [s] [default: 0.1]");
   log.add("--threshold", rests.threshold, "V",
-          "threshold of the variance; the instrument is at rest below it [default: chosen from the "
-          "data]");
+          "threshold of the variance; while the variance is below it, the instrument is at rest "
+          "[default: chosen from the data]");
   log.add("--plan", rests.plan, "SHEET", "run sheet with the seats of the cube in their order");
   log.add("--regions", rests.regions, "FILE|COLUMN",
-          "with calibrate: known rests and whole turns, from a file (axiscal-regions, JSON) or "
-          "from a column of the table that names them (x_p, x_a, x_rot)");
+          "with `calibrate`: known rests and whole turns, from a file (axiscal-regions, JSON) or "
+          "from the table's column that names them (x_p, x_a, x_rot)");
   log.add("--first-fence", rests.first_fence, "FACE",
           "face at the fence in the first rest, if seats are recognised");
   log.add("--accelerometer", rests.accelerometer, "X,Y,Z",
           "columns of the accelerometer [default: ax,ay,az]");
-  log.add("--gyroscope", rests.gyroscope, "X,Y,Z",
-          "columns of the gyroscope [default: calibrate takes gx,gy,gz if they exist]");
+  log.add(
+      "--gyroscope", rests.gyroscope, "X,Y,Z",
+      "columns of the gyroscope; `calibrate` uses gx,gy,gz if these columns exist [default: none]");
   log.add("--magnetometer", rests.magnetometer, "X,Y,Z",
-          "columns of the magnetometer [default: calibrate takes mx,my,mz if they exist]");
+          "columns of the magnetometer; `calibrate` uses mx,my,mz if these columns exist [default: "
+          "none]");
   log.add("--gyroscope-scale", rests.gyroscope_scale, "RATE",
           "approximate rad/s per unit of the gyroscope [default: chosen from the usual scales]");
 }

@@ -23,7 +23,7 @@ struct MergeCommand {
 
 void add_options(OptionSet& options, MergeCommand& command) {
   options.add("parts", command.parts, "PART",
-              "files written by calibrate --shard: .jsonl, .jsonl.zst or .csv", Need::required);
+              "files written by `calibrate --shard`: .jsonl, .jsonl.zst or .csv", Need::required);
   options.add("-o,--output", command.output, "FILE", "joined file, of the same type",
               Need::required);
 }
@@ -42,8 +42,8 @@ NumberedLine numbered(const std::string& path, std::size_t line_number, std::str
   if ((is_json && !line.starts_with(key)) || comma == std::string_view::npos ||
       line.find_first_not_of("0123456789", from) != comma) {
     throw DataError(path, line_number,
-                    "this line does not begin with the number of a unit; merge joins only parts "
-                    "that calibrate --shard has written");
+                    "this line does not begin with the number of a unit; `merge` joins only parts "
+                    "that `calibrate --shard` has written");
   }
   return {.unit = static_cast<std::size_t>(
               std::strtoull(std::string(line.substr(from, comma - from)).c_str(), nullptr, 10)),

@@ -39,7 +39,7 @@ struct NoiseCommand {
 };
 
 void add_options(OptionSet& options, NoiseCommand& command) {
-  options.add("log", command.log, "LOG", "log of any format (see axiscal log); - is stdin",
+  options.add("log", command.log, "LOG", "log of any format (see `axiscal log`); - is stdin",
               Need::required);
   options.add("--columns", command.columns, "A,B,..",
               "columns of the sensors [default: all but the times]");
@@ -256,7 +256,7 @@ std::string noise_text(const LogNoise& noise, bool all) {
   return text;
 }
 
-// The points of the curve in the range of --tau.
+// Returns the points of the curve in the range of --tau, or all points without this option.
 std::vector<AllanPoint> fitted_part(const std::vector<AllanPoint>& curve,
                                     const NoiseCommand& command) {
   if (!command.tau) {
@@ -312,17 +312,18 @@ std::vector<std::size_t> other_columns(const RecordedLog& log,
   return columns;
 }
 
-// The time step of the log from which a curve of deviations was computed, and its number of
-// samples.
+// The time step and the number of samples of the log from which a curve of Allan deviations was
+// computed.
 struct CurveSize {
   double step_s = 0.0;
   double samples = 0.0;
 };
 
-// Returns time step and number of samples of the log from which a curve was computed. A point at
-// tau has N - 2 tau / step + 1 terms, with N the number of samples, so both follow from the terms
-// of the first and the last point. If the terms are not stated, the shortest tau is assumed to be
-// one time step, and the log to be twice as long as the longest tau.
+// Returns time step and number of samples of the log from which a curve was computed. The deviation
+// at tau is a mean of N - 2 tau / step + 1 terms, with N the number of samples. N and step are
+// therefore computed from the numbers of terms at the first and the last point. If the numbers of
+// terms are not stated, one time step is assumed to be the shortest tau, and the log is assumed to
+// be twice as long as the longest tau.
 CurveSize size_of_curve(const std::string& name,
                         const std::vector<double>& tau,
                         const std::vector<double>* terms) {
@@ -404,8 +405,8 @@ std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
   return all;
 }
 
-// Returns the unit of an accelerometer if it is not stated. In this unit, the median magnitude of
-// the readings is that of gravity. The result is empty if there is no such unit.
+// Returns the unit in which the median magnitude of an accelerometer's readings is that of gravity.
+// The result is empty if there is no such unit, or if the sensor is not an accelerometer.
 std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
   std::vector<double> squares;
   for (const std::string& name : sensor.columns) {
@@ -434,7 +435,7 @@ std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
 }
 
 // Returns the columns that are used to find rests: those of accelerometer and gyroscope. If the log
-// has neither, these are the analysed columns without temperatures.
+// has neither sensor, returns the analysed columns except temperatures.
 std::vector<RestColumn> rest_columns(const RecordedLog& log,
                                      const std::vector<LogSensor>& sensors,
                                      const std::vector<std::size_t>& analysed) {

@@ -18,8 +18,8 @@ namespace axiscal::cli {
 enum class Need { optional, required };
 
 /// The options that are registered with the parser: all options, or only those that the command
-/// line contains (`typed`). Registering all options takes longer than most runs. Arguments and
-/// required options are always registered.
+/// line contains (`typed`). Registering all options takes longer than most subcommands run.
+/// Arguments and required options are always registered.
 enum class Known : std::uint8_t { all, typed };
 
 /// Registers the arguments and options of a subcommand with the parser.

@@ -72,7 +72,7 @@ void add_options(OptionSet& options, PlanCommand& command) {
   forecast.add("--slot", command.slot, "NAME",
                "mount of the positioner that holds the instrument; its repeatability is included");
   forecast.add("--level-u", command.level_u, "RAD",
-               "method known: standard uncertainty of the table's slope along x and y");
+               "method 'known': standard uncertainty of the table's slope along x and y");
   forecast.add(
       "--world", command.world, "FILE|NAME=V,..",
       ("effects on the readings besides white noise; each replicate is a block: " + world_names())
@@ -223,7 +223,7 @@ std::vector<std::string> remarks_on(const ForecastSetup& setup) {
   std::vector<std::string> remarks = rocking_remarks(setup.positioner, points);
   if (method_kind(setup.method).directions_known && !(setup.level_u_rad > 0.0)) {
     remarks.emplace_back(
-        "Method known assumes that the table's slope is known exactly; --level-u sets the "
+        "The method 'known' assumes that the table's slope is known exactly; --level-u sets the "
         "uncertainty of the slope.");
   }
   return remarks;
@@ -250,19 +250,18 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
     ForecastSetup silent = setup;
     silent.noise_sd = 0.0;
     const Forecast rest = forecast(silent);
-    throw RefusedError(
-        formatted("--want-angle-deg: no number of replicates reaches {} degrees, because the "
-                  "uncertainties of the cube and of the table's slope alone give {} degrees; "
-                  "measure the cube better (characterize), or estimate the slope (method paired or "
-                  "joint)",
-                  short_degrees(wanted_rad),
-                  short_degrees(largest_angle_uncertainty(rest, rest.covariance()))));
+    throw RefusedError(formatted(
+        "--want-angle-deg: no number of replicates reaches {} degrees, because the uncertainties "
+        "of the cube and of the table's slope alone give {} degrees; measure the cube better "
+        "(`characterize`), or estimate the slope (method 'paired' or 'joint')",
+        short_degrees(wanted_rad),
+        short_degrees(largest_angle_uncertainty(rest, rest.covariance()))));
   }
   if (makes_sheet && *needed > longest_sheet) {
     throw RefusedError(
-        formatted("--want-angle-deg: {} degrees need {} replicates of {} samples per point, too "
-                  "many for a run sheet; average more samples at each point (--samples), or set "
-                  "--replicates",
+        formatted("--want-angle-deg: {} degrees need {} replicates (samples per point: {}), which "
+                  "is too many for a run sheet. Average more samples at each point (--samples), "
+                  "or set --replicates",
                   short_degrees(wanted_rad), formatted("{:.0f}", *needed), setup.samples));
   }
   return static_cast<int>(std::min(*needed, 1e9));

@@ -124,7 +124,7 @@ class PlanText {
       text_ += formatted("  {:<54}{:>10.3g}\n", name,
                          degrees(largest_angle_uncertainty(forecast, covariance)));
     };
-    part("largest uncertainty of a direction in any attitude", C);
+    part("largest uncertainty of a direction, over all attitudes", C);
     part("  from the noise", forecast.noise);
     if (!forecast.positioner.isZero(0.0)) {
       part("  from the cube (not reduced by replicates)", forecast.positioner);
@@ -173,9 +173,7 @@ class PlanText {
       row(std::string(method_name(effect.method)) + ", simulated", effect.simulated);
       text_ += formatted("{:>11.4g}\n", 1e6 * effect.worst_angle_95_rad);
     }
-    text_ +=
-        "  (column '95 % of': in 95 % of the cubes the angle error in any attitude is at most "
-        "this)\n";
+    text_ += "  (column '95 % of': in 95 % of the cubes, no attitude has a larger angle error)\n";
     const int unusable = plan_.tolerances.front().unusable;
     if (unusable > 0) {
       text_ += formatted(

@@ -24,7 +24,7 @@ void add_options(OptionSet& options, ReportCommand& command) {
   options.add("--positioner", command.positioner, "FILE",
               "positioner file with the table and its adjusters");
   options.add("--noise", command.noise, "FILE",
-              "noise of the instrument at rest (from noise --json), to show its Allan deviation");
+              "noise of the instrument at rest (from `noise --json`), to show its Allan deviation");
   options.add(
       "--laboratory", command.laboratory, "FILE",
       "file with details of a certificate: laboratory, customer, number, ... (axiscal-laboratory, "

@@ -194,7 +194,7 @@ void label_faces(Run& run) {
   } catch (const RefusedError& error) {
     if (faces.empty()) {
       throw RefusedError(
-          formatted("{} orientations are too few for method magnitude, and gravity does not "
+          formatted("{} orientations are too few for the method 'magnitude', and gravity does not "
                     "determine the faces ({}); {}",
                     readings.readings.size(), error.what(), say_the_faces));
     }

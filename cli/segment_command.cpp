@@ -25,7 +25,7 @@ struct SegmentCommand {
 };
 
 void add_options(OptionSet& options, SegmentCommand& command) {
-  options.add("log", command.log, "LOG", "log of any format (see axiscal log); - is stdin",
+  options.add("log", command.log, "LOG", "log of any format (see `axiscal log`); - is stdin",
               Need::required);
   add_rest_options(options, command.rests);
   options.add("--range", command.rests.range, "LO,HI",

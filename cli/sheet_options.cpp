@@ -116,7 +116,8 @@ std::optional<Recording> recording_of(const RecordingOptions& options) {
   }
   const std::optional<RecordingKind> kind = parse_recording(*options.kind);
   if (!kind) {
-    throw UsageError(formatted("--recording: '{}' must be free, sweep or turns", *options.kind));
+    throw UsageError(
+        formatted("--recording: '{}' must be 'free', 'sweep' or 'turns'", *options.kind));
   }
   Recording recording{.kind = *kind};
   if (options.samples) {

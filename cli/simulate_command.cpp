@@ -42,7 +42,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
       "calibration record of the true instrument; SLOT=RECORD, once for each slot of an assembly");
   add_sheet_options(options, command.sheet);
   options.add("--noise", command.noise, "SD",
-              "standard deviation of a reading, in its unit [default: 0]");
+              "standard deviation of a reading, in the readings' unit [default: 0]");
   options.add("--slope", command.slope, "X,Y", "slope of the table [default: 0,0]");
   options.add("--temperature-sd", command.temperature_sd, "SD",
               "standard deviation of each temperature about its planned value [default: 0]");
@@ -57,7 +57,9 @@ void add_options(OptionSet& options, SimulateCommand& command) {
   options.add("--positioner", command.positioner, "FILE",
               "file of the measured cube: feet or face normals, fence, mounts");
   options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");
-  options.add("--assembly", command.assembly, "NAME", "mounts of the slots (see calibrate)");
+  options.add("--assembly", command.assembly, "NAME",
+              "name of the assembly, which states the mount that holds each slot (see `calibrate "
+              "--assembly`)");
   options.add_flag("--json", command.json, "rows as JSON, one object per line, instead of CSV");
   options.add_output(command.output);
 }

@@ -76,9 +76,8 @@ StoredCalibration refusal_of(const std::string& line, const std::string& place) 
             .digest = sha256_of_text(line),
             .record = line};
   } catch (const Json::exception& error) {
-    throw DataError(place, std::string("is not a refused unit of calibrate "
-                                       "--stream: ") +
-                               error.what());
+    throw DataError(place,
+                    std::string("is not a refused unit of `calibrate --stream`: ") + error.what());
   }
 }
 
@@ -231,7 +230,7 @@ int add(const StoreCommand& command) {
   }
   Adder adder(command);
   const auto told = [&] {
-    return formatted("{} records added, {} were already stored", adder.added(), adder.present());
+    return formatted("records added: {}; already stored: {}", adder.added(), adder.present());
   };
   try {
     for (const std::string& file : command.files) {
@@ -277,11 +276,11 @@ const std::vector<std::pair<const char*, std::string (*)(const StoredCalibration
 }
 
 std::string row_of(const StoredCalibration& one) {
-  std::string row;
+  std::vector<std::string> cells;
   for (const auto& [name, text] : columns()) {
-    row += (row.empty() ? "" : ",") + formula_safe_cell(text(one));
+    cells.push_back(formula_safe_cell(text(one)));
   }
-  return row;
+  return joined(cells, ",");
 }
 
 std::string header_of_columns() {
@@ -320,7 +319,7 @@ int print_yield(const StoreCommand& command, const Store& store) {
     return 0;
   }
   std::string text =
-      formatted("{} of {} calibrations are good ({:.1f} %)\n", good, all,
+      formatted("good calibrations: {} of {} ({:.1f} %)\n", good, all,
                 all == 0 ? 0.0 : 100.0 * static_cast<double>(good) / static_cast<double>(all));
   for (const auto& [reason, count] : sorted) {
     text += formatted("{:>8}  {}\n", count, printable_text(reason));
@@ -448,7 +447,7 @@ std::string defect_of(const StoredCalibration& stored) {
                          own.model == stored.model && own.slot == stored.slot &&
                          own.status == stored.status && own.passed == stored.passed &&
                          own.measured == stored.measured;
-  return !same_head           ? "the columns differ from the record"
+  return !same_head ? "the database columns (serial, kind, status, ...) differ from the record"
          : !same_coefficients ? "the coefficients differ from the record"
                               : "";
 }
@@ -468,7 +467,7 @@ int verify(const StoreCommand& command) {
     write_whole_file(command.output,
                      Json{{"calibrations", all}, {"defects", std::move(list)}}.dump(2) + "\n");
   } else {
-    std::string text = formatted("{} calibrations, {} defects\n", all, defects.size());
+    std::string text = formatted("calibrations: {}; defects: {}\n", all, defects.size());
     for (const StoreDefect& one : defects) {
       text += formatted(
           "{}, calibrated {}: "

@@ -562,7 +562,7 @@ int run_stream(const CalibrateCommand& given) {
                   finished.units, made));
   }
   print_line(
-      formatted("yield: {} of {} units ({:.1f} %){}", good, total,
+      formatted("yield: {} of {} ({:.1f} %){}", good, total,
                 total == 0 ? 0.0 : 100.0 * static_cast<double>(good) / static_cast<double>(total),
                 present > 0 ? formatted("; {} were calibrated in an earlier call", present) : ""));
   return good == total ? 0 : 1;

@@ -95,7 +95,7 @@ std::size_t read_frames(LineSource& file, const TakeLine& take) {
       const unsigned long long length = ZSTD_getFrameContentSize(bytes.data() + at, size);
       constexpr unsigned long long most = 1ULL << 30U;
       if (length > most) {
-        throw DataError(file.path, "was not written by calibrate --stream");
+        throw DataError(file.path, "was not written by `calibrate --stream`");
       }
       std::string text(length, '\0');
       if (ZSTD_isError(ZSTD_decompress(text.data(), text.size(), bytes.data() + at, size)) != 0) {

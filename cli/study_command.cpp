@@ -83,9 +83,9 @@ std::int64_t trials_done(const Study& study) {
 }
 
 std::string study_text(const Study& study) {
-  std::string text = formatted("{} trials, seed {}", study.trials, study.seed);
+  std::string text = formatted("trials: {}, seed {}", study.trials, study.seed);
   text +=
-      study.refused > 0 ? formatted(", of which {} gave no calibration\n", study.refused) : "\n";
+      study.refused > 0 ? formatted("; trials without a calibration: {}\n", study.refused) : "\n";
   text += formatted("  {:<20}{:>13}{:>13}{:>13}{:>12}\n", "", "mean error", "sd", "stated u",
                     "coverage");
   for (const StudyResult& result : results_of(study)) {

@@ -16,10 +16,11 @@ using Action = std::function<int()>;
 struct Subcommand {
   const char* name;
   const char* help;
-  const char* footer;  ///< text at the end of its full help
+  const char* footer;  ///< text at the end of the subcommand's full help
   /// Registers the options. The returned action runs after they are parsed.
   std::function<Action(OptionSet& options)> define;
-  OwnProgram program = {};  ///< program that runs the subcommand; if it has no name, this program
+  /// Other program that runs the subcommand; if its name is empty, this program runs it.
+  OwnProgram program = {};
 };
 
 /// @param add_options  function that registers the options of a Command.

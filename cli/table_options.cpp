@@ -20,8 +20,8 @@
 namespace axiscal::cli {
 namespace {
 
-// Returns the name that a recording gives to the sensor of a kind of instrument; empty if
-// recordings have no such sensor.
+// Returns the name by which recordings denote the sensor of an instrument kind; empty if recordings
+// have no such sensor.
 std::string_view sensor_name(const std::string& kind) {
   for (const InstrumentKind& known : instrument_kinds()) {
     if (known.name == kind) {
@@ -76,7 +76,7 @@ std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& w
   return plain;
 }
 
-// Adds the conversion of those axes whose column has another unit in its header than `wanted`.
+// Adds a unit conversion for each axis whose column header states another unit than wanted.unit.
 void convert_units(const std::string& path,
                    const WantedColumns& wanted,
                    const TableText& table,

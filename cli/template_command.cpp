@@ -39,19 +39,20 @@ struct Template {
 };
 
 constexpr std::array<Template, 6> templates = {
-    {{"experiment", &experiment_template, "settings of an experiment: calibrate EXPERIMENT.json"},
-     {"laboratory", &laboratory_template, "the details of a certificate: report --laboratory"},
-     {"limits", &limits_template, "limits for accepting a unit: calibrate --limits"},
-     {"map", &map_template, "the meaning of a log's columns: --map"},
-     {"positioner", &positioner_template, "a measured cube: --positioner"},
-     {"world", &world_template, "errors of a simulation: study --world"}}};
+    {{"experiment", &experiment_template,
+      "settings of an experiment, for `calibrate EXPERIMENT.json`"},
+     {"laboratory", &laboratory_template, "details of a certificate, for `report --laboratory`"},
+     {"limits", &limits_template, "limits for accepting a unit, for `calibrate --limits`"},
+     {"map", &map_template, "meaning of a log's columns, for the option --map"},
+     {"positioner", &positioner_template, "a measured cube, for the option --positioner"},
+     {"world", &world_template, "errors of a simulation, for `study --world`"}}};
 
 std::string list_of_templates() {
   std::string text;
   for (const Template& one : templates) {
     text += formatted("{:<12}{}\n", one.name, one.help);
   }
-  return text + "\naxiscal template laboratory -o lab.json writes the template to a file\n";
+  return text + "\n`axiscal template laboratory -o lab.json` writes the template to a file\n";
 }
 
 std::string templates_json() {

@@ -29,7 +29,7 @@ std::vector<double> numbers_of(std::string_view option,
 ReadingRange range_of(std::string_view option, const std::string& text) {
   const std::vector<double> ends = numbers_of(option, text, 2);
   if (!(ends[0] < ends[1])) {
-    throw UsageError(std::string(option) + ": LO must be less than HI");
+    throw UsageError(formatted("{}: '{}' must be LO,HI with LO less than HI", option, text));
   }
   return {.low = ends[0], .high = ends[1]};
 }
@@ -37,7 +37,7 @@ ReadingRange range_of(std::string_view option, const std::string& text) {
 double parse_positive(std::string_view option, const std::string& text) {
   const double value = number_of(option, text);
   if (!(value > 0.0)) {
-    throw UsageError(std::string(option) + ": must be positive");
+    throw UsageError(formatted("{}: '{}' must be greater than 0", option, text));
   }
   return value;
 }
@@ -45,7 +45,7 @@ double parse_positive(std::string_view option, const std::string& text) {
 double parse_nonnegative(std::string_view option, const std::string& text) {
   const double value = number_of(option, text);
   if (value < 0.0) {
-    throw UsageError(std::string(option) + ": must not be negative");
+    throw UsageError(formatted("{}: '{}' must be 0 or greater", option, text));
   }
   return value;
 }
@@ -60,7 +60,7 @@ int parse_whole_number(std::string_view option, const std::string& text, int lea
 
 PitchFormula pitch_formula_of(std::string_view option, const std::string& text) {
   if (text != "asin" && text != "atan2") {
-    throw UsageError(formatted("{}: must be asin or atan2, not '{}'", option, text));
+    throw UsageError(formatted("{}: must be 'asin' or 'atan2', not '{}'", option, text));
   }
   return text == "atan2" ? PitchFormula::arctangent : PitchFormula::arcsine;
 }
@@ -150,8 +150,8 @@ Method method_of_option(const std::string& text) {
   const std::optional<Method> method = parse_chosen_method(text);
   if (!method) {
     throw UsageError(
-        formatted("--method: '{}' is unknown; the methods are paired, joint, known, magnitude, "
-                  "bias",
+        formatted("--method: '{}' is unknown. Give paired, joint, known, faces, magnitude, bias or "
+                  "attitude",
                   text));
   }
   return *method;
@@ -160,7 +160,7 @@ Method method_of_option(const std::string& text) {
 DriftSetup drift_of_option(const std::string& text) {
   const std::optional<DriftSetup> drift = parse_drift(text);
   if (!drift) {
-    throw UsageError(formatted("--drift: must be auto, none or linear, not '{}'", text));
+    throw UsageError(formatted("--drift: must be 'auto', 'none' or 'linear', not '{}'", text));
   }
   return *drift;
 }
@@ -168,7 +168,7 @@ DriftSetup drift_of_option(const std::string& text) {
 SeatSetup seats_of_option(const std::string& text) {
   const std::optional<SeatSetup> seats = parse_seats(text);
   if (!seats) {
-    throw UsageError(formatted("--seats: must be auto, fit or none, not '{}'", text));
+    throw UsageError(formatted("--seats: must be 'auto', 'fit' or 'none', not '{}'", text));
   }
   return *seats;
 }
@@ -176,7 +176,7 @@ SeatSetup seats_of_option(const std::string& text) {
 LevelBy levelness_scope_of_option(const std::string& text) {
   const std::optional<LevelBy> level_by = parse_level_by(text);
   if (!level_by) {
-    throw UsageError(formatted("--level-by: must be run or block, not '{}'", text));
+    throw UsageError(formatted("--level-by: must be 'run' or 'block', not '{}'", text));
   }
   return *level_by;
 }

@@ -27,7 +27,7 @@ template <typename... Values>
   return formatted_all(text, fmt::make_format_args(values...));
 }
 
-/// As formatted(), for a text that is known only at run time.
+/// Does the same as formatted() for a text that is known only at run time.
 /// @throws fmt::format_error  if the placeholders do not match the values.
 template <typename... Values>
 [[nodiscard]] std::string formatted_by(std::string_view text, const Values&... values) {

@@ -39,7 +39,8 @@ class JsonValue {
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] bool is_array() const { return value_->is_array(); }
-  [[nodiscard]] bool is_object() const { return value_->is_object(); }  ///< also true for a row
+  /// @return true for an object, and for a row of a table.
+  [[nodiscard]] bool is_object() const { return value_->is_object(); }
   [[nodiscard]] bool is_text() const { return value_->is_string(); }
   /// @return the numbers of an array; all must be finite.
   [[nodiscard]] Eigen::VectorXd vector(std::optional<Eigen::Index> size = {}) const;

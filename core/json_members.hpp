@@ -19,8 +19,8 @@
 
 namespace axiscal {
 
-/// Reads or writes the members of a struct. One list of calls does both: it writes the members to
-/// JSON or reads them from a file. Therefore both directions have the same format.
+/// Reads or writes the members of a struct. The same list of calls either writes the members to
+/// JSON or reads them from a file, so both directions have the same format.
 ///
 /// An unknown number is NaN in the struct and null in the file. Calls throw as JsonValue does.
 class JsonMembers {
@@ -32,8 +32,8 @@ class JsonMembers {
 
   [[nodiscard]] bool reads() const { return from_ != nullptr; }
 
-  /// The writer, for values that JsonMembers does not know. It is not available while a row of a
-  /// table is written.
+  /// @return the writer, for types of values that JsonMembers cannot write. It must not be used
+  ///         while a row of a table is written.
   [[nodiscard]] JsonWriter& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
 
@@ -102,7 +102,7 @@ class JsonMembers {
     }
   }
 
-  /// As value(), but a value that is empty, 0 or nullopt is not written.
+  /// Reads or writes a member like value(), but does not write a value that is empty, 0 or nullopt.
   void value_if_any(const char* key, std::string& text) { value_if(!text.empty(), key, text); }
   void value_if_any(const char* key, std::vector<int>& all) { value_if(!all.empty(), key, all); }
   void value_if_any(const char* key, std::vector<std::string>& all) {
@@ -128,7 +128,7 @@ class JsonMembers {
     }
   }
 
-  /// As value(), but a flag that equals `usual` is not written.
+  /// Reads or writes a flag like value(), but does not write a flag that equals `usual`.
   void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
 
   /// Reads or writes a member whose value is one of several names. An empty name in a file does not
@@ -144,7 +144,7 @@ class JsonMembers {
     choose(key, name, value, parse, known);
   }
 
-  /// As choice(), but a value with an empty name is not written.
+  /// Reads or writes a member like choice(), but does not write a value with an empty name.
   template <typename Value, typename NameOf, typename Parse>
   void choice_if_any(
       const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
@@ -153,7 +153,7 @@ class JsonMembers {
     choose(key, name, value, parse, known);
   }
 
-  /// As choice(), but a value that equals `usual` is not written.
+  /// Reads or writes a member like choice(), but does not write a value that equals `usual`.
   template <typename Value, typename NameOf, typename Parse>
   void choice_unless(const char* key,
                      Value& value,
@@ -284,8 +284,8 @@ class JsonMembers {
     }
   }
 
-  /// As list(), but more than 200 structs are written as an object of columns, so that names are
-  /// not repeated in every row. Both forms are read.
+  /// Reads or writes structs like list(), but writes more than 200 structs as an object with one
+  /// array for each member, so that names are not repeated. It reads both forms.
   template <typename Struct, typename Members>
   void table(const char* key, std::vector<Struct>& all, const Members& members) {
     if (!reads()) {

@@ -26,8 +26,9 @@ namespace axiscal {
                                     std::span<const std::string_view> members,
                                     std::span<std::string_view> pieces);
 
-/// As find_json_pieces().
-/// @return the pieces, empty for missing members; nullopt if find_json_pieces() returns false.
+/// Finds members of a JSON object like find_json_pieces().
+/// @return the text of each member's value, empty for a missing member; nullopt if
+///         find_json_pieces() returns false.
 template <std::size_t N>
 [[nodiscard]] std::optional<std::array<std::string_view, N>> json_pieces(
     std::string_view text, const std::array<std::string_view, N>& members) {

@@ -51,12 +51,12 @@ class JsonWriter {
   /// Writes a list of rows, each a list of numbers.
   void matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
   /// Writes a list whose entries are given as JSON text. A line feed ends each entry.
-  /// @param of_lists  true: each entry gets its own line.
+  /// @param of_lists  true if the entries are lists; each entry is then on its own line.
   void column(std::string_view entries, bool of_lists);
 
   /// Remembers the first reason why the text could not be read back as the struct it came from.
   void add_problem(std::string_view key, std::string_view problem);
-  /// @return "KEY: REASON", or an empty text.
+  /// @return the remembered key and reason, "KEY REASON"; empty if there is none.
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
   /// @return the text that was not passed to `take`.

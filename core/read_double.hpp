@@ -11,9 +11,9 @@ namespace axiscal {
                                                  const char* last,
                                                  double& value) noexcept;
 
-/// As read_double(), by the C library's strtod_l(). For decimal numbers it gives the result of
-/// std::from_chars(): correctly rounded and independent of the locale. `inf` and `nan` are
-/// rejected.
+/// Reads a double like read_double(), by the C library's strtod_l(). For decimal numbers the result
+/// equals that of std::from_chars(): it is correctly rounded and does not depend on the locale.
+/// `inf` and `nan` are rejected.
 [[nodiscard]] std::from_chars_result read_double_by_c_library(const char* first,
                                                               const char* last,
                                                               double& value) noexcept;

@@ -19,7 +19,7 @@ class AXISCAL_EXPORT RedirectedStreams {
   RedirectedStreams(const RedirectedStreams&) = delete;
   RedirectedStreams& operator=(const RedirectedStreams&) = delete;
 
-  /// @return the object of this thread; null if its streams are not redirected.
+  /// @return the object that redirects the streams of this thread; null if there is none.
   [[nodiscard]] static RedirectedStreams* current();
 
   /// Reads the next bytes of `input`. @return the number of bytes; 0 at the end.

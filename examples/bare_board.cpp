@@ -24,7 +24,8 @@ int main() {
   options.accelerometer = {"ax", "ay", "az"};
   options.gyroscope = {"gx", "gy", "gz"};
   options.gyroscope_unit = "deg/s";
-  options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;  // the frame's z is along az
+  // The axis z of the sensor's frame is then the sensitive axis of az.
+  options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;
   const axiscal::ImuCalibration found = axiscal::calibrate_imu(log, options);
 
   std::printf("%zu rests, threshold of the variance %.2g, attitude error %.2f degrees\n",

@@ -48,7 +48,7 @@ int main() {
   experiment.field += coil;
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
   const Eigen::Vector3d found = *result.sensor.field.parts[0].in_table;
-  std::printf("the Earth's field in the table: %.1f %.1f %.1f uT\n", found.x(), found.y(),
+  std::printf("the Earth's field in the table's frame: %.1f %.1f %.1f uT\n", found.x(), found.y(),
               found.z());
   const axiscal::Quantity sensitivity = result.parameter("z.sensitivity.z");
   std::printf("sensitivity of z %.4f +- %.4f (95 %%)\n", sensitivity.value, sensitivity.U);

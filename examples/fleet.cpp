@@ -27,7 +27,7 @@ int main() {
   for (Eigen::Index column = 0; column < 3 * units; ++column) {
     Eigen::Vector3d row = 0.01 * random.normals<3>();
     row(column % 3) += 2.5;
-    const bool is_bad = column == 4711 * 3 + 1;  // one axis of one unit is loose
+    const bool is_bad = column == 4711 * 3 + 1;  // one axis of one unit is noisy
     for (Eigen::Index i = 0; i < 12; ++i) {
       readings(i, column) =
           0.02 + fields.row(i).dot(row) + (is_bad ? 5e-3 : 1e-4) * random.normal();

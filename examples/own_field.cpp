@@ -35,7 +35,7 @@ int main() {
   const axiscal::Calibration result = axiscal::calibrate(
       experiment, axiscal::simulate(
                       truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1), options));
-  std::printf("field %s, |f| = %.3f m/s^2, in the table: %.3f %.3f %.3f\n",
+  std::printf("field %s, |f| = %.3f m/s^2, in the table's frame: %.3f %.3f %.3f\n",
               result.sensor.field.kind.c_str(), result.sensor.field.magnitude,
               result.sensor.field.in_table->x(), result.sensor.field.in_table->y(),
               result.sensor.field.in_table->z());

@@ -103,8 +103,8 @@ int main() {
       const double angle_deg = errors.angle_rad * axiscal::deg_per_rad;
       bounds_met = errors.sensitivity <= 1e-5 && errors.cross_axis <= 5e-5 && angle_deg <= 0.005;
       std::printf(
-          "errors if the feet are made to 2.5 um, with limits in brackets: sensitivity %.1e "
-          "(1e-5), cross-axis %.1e (5e-5), angle %.4f degrees (0.005): %s\n",
+          "errors if the feet are made to within 2.5 um (limits in brackets): sensitivity %.1e "
+          "(1e-5), cross-axis %.1e (5e-5), angle %.4f degrees (0.005); limits %s\n",
           errors.sensitivity, errors.cross_axis, angle_deg, bounds_met ? "met" : "not met");
     }
   }

@@ -21,8 +21,9 @@ void read_field(const JsonValue& json, FieldSetup& field);
 /// @throws DataError  if the JSON does not have this form, or a kind or unit is not known.
 void field_member(JsonMembers& io, const char* key, FieldSetup& field);
 
-/// Reads or writes the second fields of an experiment (option --also). The input may be the name of
-/// a kind, an object, or an array of both. The output is an array of objects.
+/// Reads or writes the second fields of an experiment (option --also), to which the instrument also
+/// responds. The input may be the name of a kind, an object, or an array of both. The output is an
+/// array of objects.
 void second_fields_member(JsonMembers& io, const char* key, std::vector<FieldSetup>& also);
 
 }  // namespace axiscal

@@ -23,11 +23,11 @@ struct EllipsoidWeights {
   bool symmetric = false;  ///< true if A is symmetric, so that A_jk and A_kj are one parameter
 };
 
-/// The output columns, n entries each.
+/// The output columns, n entries each. For a reading v, f = A (v - b) and u = f / |f|.
 struct EllipsoidRows {
   /// Square root of the weight, divided by the standard deviation (u^T C u)^1/2 of |f|.
   double* scale = nullptr;
-  double* residuals = nullptr;  ///< scale times (|f| - 1), with f = A (v - b)
+  double* residuals = nullptr;  ///< scale times (|f| - 1)
   /// Derivatives of the residuals with respect to b, then to A's entries on and above the diagonal,
   /// row by row.
   std::array<double*, 9> jacobian{};

@@ -16,8 +16,8 @@ namespace axiscal {
 ///
 /// @param columns  columns of n finite samples each.
 /// @param window   number of samples in a window, 2 .. n.
-/// @param joined   receives n - window + 1 results: entry i is for the samples i .. i + window - 1.
-///                 The variances have window - 1 in the denominator [unit^4].
+/// @param joined   receives n - window + 1 results [unit^4]. Entry i is for the samples i .. i +
+///                 window - 1. The denominator of the variances is window - 1.
 void joined_sliding_variance(std::span<const std::span<const double>> columns,
                              std::size_t window,
                              std::span<double> joined);

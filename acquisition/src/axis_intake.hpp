@@ -43,7 +43,7 @@ class AxisIntake {
   std::vector<AxisColumns> columns_;
   std::string unit_text_;
   Eigen::VectorXd values_;
-  // The number of consecutive samples beyond the range, for each axis.
+  // For each axis, the number of consecutive samples at or beyond the limit of its range.
   std::vector<std::size_t> beyond_;
   std::vector<std::string> saturated_;  // names of saturated axes
   std::vector<std::string> missing_;    // names of axes without a value in the last sample

@@ -10,7 +10,7 @@ namespace axiscal {
 /// The smallest number of samples in a reading. With fewer samples, their scatter is too uncertain.
 inline constexpr std::size_t fewest_samples_of_dwell = 10;
 
-/// Tolerance for the comparison of summed times.
+/// Tolerance for comparing times that are sums of many steps [s].
 inline constexpr double time_rounding_s = 1e-6;
 
 /// Computes mean, scatter and trend of the samples of one reading in constant memory.

@@ -26,12 +26,13 @@ namespace {
 
 constexpr double store_every_s = 1.0;
 constexpr double shortest_fit_spacing_s = 0.4;
-constexpr double longest_fit_spacing_s = 5.0;  // in sample time, not in real time
+constexpr double longest_fit_spacing_s = 5.0;  // by the sample times, not by real time
 constexpr double share_of_time_for_fits = 0.1;
 constexpr std::size_t fewest_points = 12;   // fewest points for a fit
-constexpr std::size_t most_in_a_fit = 600;  // limit for each fit except the last one
-constexpr double novel_step = 0.03;         // least distance from the last point / radius
-constexpr double novel_rest_rad = 0.12;     // least angle between a new rest and each earlier rest
+constexpr std::size_t most_in_a_fit = 600;  // most points for each fit except the last one
+// Smallest distance of a new point from the last one, divided by the radius of the points' sphere.
+constexpr double novel_step = 0.03;
+constexpr double novel_rest_rad = 0.12;  // least angle between a new rest and each earlier rest
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -421,7 +422,7 @@ class FreeSession::Engine {
                            ? std::optional(calibration.fit.orientations->fit_error)
                            : std::nullopt;
       free.u_deg =
-          worst_direction_u_deg(calibration);  // from a subset of points; all of them give less
+          worst_direction_u_deg(calibration);  // a fit to all points would give a smaller value
       show_numbers(calibration);
       why_none_.clear();
     } catch (const Error& error) {
@@ -471,7 +472,7 @@ class FreeSession::Engine {
     const bool magnetic = calibration.sensor.instrument.kind == "magnetometer";
     view_.free->numbers = {{formatted("{} [{}]", magnetic ? "Hard iron" : "Bias", unit), bias},
                            {magnetic ? "Soft iron, scales" : "Scales relative to mean", scale},
-                           {magnetic ? "Soft iron, largest cross term" : "Largest cross-axis term",
+                           {magnetic ? "Soft iron (largest cross term)" : "Largest cross-axis term",
                             formatted("{:.2f} %", 100.0 * largest)}};
   }
 
@@ -553,7 +554,9 @@ class FreeSession::Engine {
         news_.tell("finished", "the session is finished");
       }
     } else if (points_.empty()) {
-      news_.tell("refused", "take a reading first; quit stops the session");
+      news_.tell("refused",
+                 "there are no readings yet: take at least one before you finish, or enter 'quit' "
+                 "to stop the session");
     } else {
       review();
     }
@@ -580,8 +583,8 @@ class FreeSession::Engine {
   bool samples_ended_ = false;
   bool quit_ = false;
   std::size_t fitted_of_ = 0;
-  double fitted_at_s_ = 0.0;  // in sample time
-  double next_fit_s_ = 0.0;   // in seconds_now()
+  double fitted_at_s_ = 0.0;  // sample time of the last fit
+  double next_fit_s_ = 0.0;   // earliest time of the next fit, by seconds_now()
   std::string why_none_;
   std::vector<Calibration> calibrations_;
 };

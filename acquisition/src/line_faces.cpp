@@ -105,12 +105,11 @@ class PlainFace final : public LineFace {
         print(formatted(
             "  slope so far {}, {} mrad{}{}", number_text(1e3 * view.slope->x(), 3),
             number_text(1e3 * view.slope->y(), 3),
-            view.forecast_deg
-                ? formatted("; forecast of the angle error at the end of the session: {} degrees "
-                            "(1 sd)",
-                            number_text(*view.forecast_deg, 2))
-                : "",
-            view.remaining_s ? formatted("; about {} minutes to go",
+            view.forecast_deg ? formatted("; forecast of the angle error at the end of the "
+                                          "session: {} degrees (standard deviation)",
+                                          number_text(*view.forecast_deg, 2))
+                              : "",
+            view.remaining_s ? formatted("; about {} min to go",
                                          number_text(std::ceil(*view.remaining_s / 60.0), 3))
                              : ""));
       }

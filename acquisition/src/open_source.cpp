@@ -69,7 +69,7 @@ const std::vector<Scheme>& schemes() {
   static const std::vector<Scheme> all = {
       {{.scheme = "serial",
         .address = "serial:/dev/ttyUSB0?baud=115200",
-        .help = "a serial port; options baud, bits, parity, stop, flow",
+        .help = "a serial port; options: baud, bits, parity, stop, flow",
         .options = with_stream_options({"baud", "bits", "parity", "stop", "flow"})},
        open_stream<open_serial>},
       {{.scheme = "tcp",
@@ -79,12 +79,14 @@ const std::vector<Scheme>& schemes() {
        open_stream<open_tcp>},
       {{.scheme = "tcp-listen",
         .address = "tcp-listen:PORT",
-        .help = "waits for a client; listens on loopback unless an address is given",
+        .help =
+            "waits for a client; accepts only clients on this machine unless an address is given",
         .options = with_stream_options({})},
        open_stream<open_tcp_server>},
       {{.scheme = "udp",
         .address = "udp:PORT",
-        .help = "receives datagrams; listens on loopback unless an address is given",
+        .help =
+            "receives datagrams; accepts only senders on this machine unless an address is given",
         .options = with_stream_options({})},
        open_stream<open_udp>},
       {{.scheme = "stdin",
@@ -106,13 +108,13 @@ const std::vector<Scheme>& schemes() {
        open_iio_source},
       {{.scheme = "scpi",
         .address = "scpi://HOST:5025?channels=101,102,103&names=x,y,z",
-        .help = "a multimeter or scanner; options range, nplc, resistor, setup, read",
+        .help = "a multimeter or scanner; options: range, nplc, resistor, setup, read",
         .options = {"channels", "names", "range", "nplc", "resistor", "setup", "read", "rate"}},
        open_scpi_source},
       {{.scheme = "mqtt",
         .address = "mqtt://HOST:1883/TOPIC?format=json",
-        .help = "messages from a broker; options user, password-file (or AXISCAL_MQTT_PASSWORD), "
-                "qos",
+        .help =
+            "messages from a broker; options: user, password-file (or AXISCAL_MQTT_PASSWORD), qos",
         .options = with_stream_options({"user", "password-file", "qos"}),
         .available = has_mqtt()},
        open_stream<open_mqtt>},
@@ -124,7 +126,7 @@ const std::vector<Scheme>& schemes() {
        open_stream<open_mqtt>},
       {{.scheme = "sim",
         .address = "sim:?error=0.1&speed=10",
-        .help = "a simulated instrument on a table, moved by a simulated person; options seed, "
+        .help = "a simulated instrument on a table, moved by a simulated person; options: seed, "
                 "noise, rate, speed, slope, error, knock, placement, sensitivity, temperature",
         .options = {"seed", "noise", "rate", "speed", "slope", "error", "knock", "placement",
                     "sensitivity", "temperature"}},

@@ -27,7 +27,7 @@ constexpr std::size_t readings_to_rely_on = 9;
 constexpr int rounds = 6;
 constexpr double wide = 10.0;  // relative prior standard deviation of unknown biases and scales
 constexpr double far_direction_rad = 0.3;
-constexpr double telling_contrast = 0.5;  // smallest useful contrast (see least_contrast())
+constexpr double telling_contrast = 0.5;  // smallest useful result of least_contrast()
 
 // Returns the directions of the field from which the fits start.
 std::vector<Eigen::Vector3d> starts_of(const PoseModelSetup& setup) {
@@ -304,7 +304,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     for (Eigen::Index k = 0; k < m; ++k) {
       fit.response.sensitivity.row(k) += step.segment<3>(m + 3 * k).transpose();
     }
-    // Limits the step of the direction to the range in which the model is nearly linear.
+    // Limits the change of the field's direction to the range in which the model is nearly linear.
     tilt += step.segment<2>(tangent) /
             std::max(1.0, step.segment<2>(tangent).norm() / far_direction_rad);
     common_scale += step(common);

@@ -83,7 +83,8 @@ void ReadingList::apply(const JsonValue& entry) {
       }
     }
     if (reading.run <= last_run_ || steps_[reading.step].run) {
-      entry.at("run").fail("this run or its step was captured already");
+      entry.at("run").fail(
+          "a reading with this run number, or of this step, is already in the journal");
     }
     last_run_ = reading.run;
     steps_[reading.step].run = reading.run;
@@ -95,7 +96,7 @@ void ReadingList::apply(const JsonValue& entry) {
         std::find_if(readings_.begin(), readings_.end(),
                      [run](const CapturedReading& reading) { return reading.run == run; });
     if (found == readings_.end()) {
-      entry.at("run").fail("this run does not exist");
+      entry.at("run").fail("there is no reading with this run number");
     }
     steps_[found->step].run.reset();
     readings_.erase(found);

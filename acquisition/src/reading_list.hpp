@@ -16,7 +16,7 @@ class ReadingList {
  public:
   explicit ReadingList(const std::vector<RunSheetRow>& sheet);
 
-  /// @return the journal entry that describes a change of the list.
+  /// These functions return the journal entry for a change of the list.
   [[nodiscard]] static Json captured(const CapturedReading& reading);
   [[nodiscard]] static Json dropped(int run, const std::string& why);
   [[nodiscard]] static Json skipped(std::size_t step);

@@ -21,8 +21,8 @@ constexpr double free_lag_s = 0.25;    // tolerated deviation from the arrival t
 constexpr double pace_window_s = 2.0;  // interval between corrections
 constexpr double pull_back_s = 10.0;   // time in which a deviation is removed
 constexpr double learn_pace = 0.2;     // share of a correction that becomes permanent
-constexpr double largest_pull = 0.5;   // largest relative correction of the step
-constexpr double least_pace = 0.1;     // smallest step relative to 1 / rate
+constexpr double largest_pull = 0.5;   // largest relative correction of the counted step
+constexpr double least_pace = 0.1;     // smallest counted step relative to 1 / rate
 
 }  // namespace
 

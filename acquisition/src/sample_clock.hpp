@@ -71,7 +71,8 @@ class SampleClock {
   double pace_ = 1.0;    // length of a counted step relative to 1 / rate_hz_
   double known_pace_ = 1.0;
   double pace_from_s_ = 0.0;
-  double least_lag_s_ = std::numeric_limits<double>::infinity();  // smallest lag since then
+  // Smallest and largest lag of the samples since pace_from_s_ (see counted()).
+  double least_lag_s_ = std::numeric_limits<double>::infinity();
   double most_lag_s_ = -std::numeric_limits<double>::infinity();
   std::vector<double> last_values_;
 };

@@ -143,8 +143,9 @@ class SampleFeed::Impl {
     }
   }
 
-  // Returns the time to add to the sample times of another source [s]. If both sources are
-  // recordings with the same kind of clock, that clock aligns the recordings. Otherwise returns 0.
+  // Returns the time to add to the sample times of another source [s]. If this source and the first
+  // one are recordings with the same kind of clock, the result aligns them by this clock. Otherwise
+  // it is 0.
   [[nodiscard]] double later_by(const SourceReader& other) const {
     const SourceReader& first = *readers_.front();
     const std::optional<double> own = other.time_at_zero();

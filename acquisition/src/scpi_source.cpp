@@ -30,7 +30,7 @@ std::vector<double> resistors_of(const SourceAddress& address, std::size_t chann
       std::any_of(stated->begin(), stated->end(),
                   [](double r) { return !(r >= 0.0 && r <= largest); })) {
     address.fail(
-        formatted("resistor={}: must be one number of ohms, or one for each of the {} "
+        formatted("resistor={}: must be one resistance in ohms, or one for each of the {} "
                   "channels; 0 means no resistor",
                   *text, channels));
   }

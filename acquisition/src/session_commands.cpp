@@ -176,7 +176,9 @@ void Session::Engine::finish() {
     return;
   }
   if (list_.readings().empty()) {
-    news_.tell("refused", "take a reading first; quit stops the session");
+    news_.tell("refused",
+               "there are no readings yet: take at least one before you finish, or enter 'quit' to "
+               "stop the session");
     return;
   }
   wanted_.reset();

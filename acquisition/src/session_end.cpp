@@ -14,7 +14,8 @@
 namespace axiscal {
 namespace {
 
-constexpr double noisy_reading = 5.0;  // largest scatter of a reading, relative to the median
+// A reading is noisy if its scatter is more than this multiple of the readings' median scatter.
+constexpr double noisy_reading = 5.0;
 
 // Returns the method that calibrate() will use.
 Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& sheet) {

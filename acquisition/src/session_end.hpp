@@ -22,19 +22,19 @@ namespace axiscal {
                                                          const SensorModel& nominal,
                                                          double noise_sd);
 
-/// The result of a session in words, and the runs to repeat.
+/// The result of a session as text, and the readings to repeat.
 struct SessionReview {
   std::vector<std::string> lines;
   std::vector<int> again;  ///< run numbers in ascending order
 };
 
-/// Describes the result, and suggests which runs to repeat: those in `suspects`, those that the
-/// calibrations suggest to repeat, and those whose readings scatter too much.
+/// Describes the result, and suggests which readings to repeat: those in `suspects`, those that the
+/// calibrations suggest to repeat, and those that scatter too much.
 ///
 /// @param calibrations  the results; empty if the calibration failed.
 /// @param why_none      the reason of the failure.
 /// @param readings      the readings; empty for a session without a cube.
-/// @param suspects      runs that looked like another pose during the session.
+/// @param suspects      run numbers of the readings that fitted another pose during the session.
 [[nodiscard]] SessionReview review_session(const std::vector<Calibration>& calibrations,
                                            const std::string& why_none,
                                            const std::vector<CapturedReading>& readings,

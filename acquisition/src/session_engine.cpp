@@ -66,7 +66,7 @@ void Session::Engine::restore(const std::vector<std::string>& lines, const std::
   if (!list_.readings().empty()) {
     remember(list_.readings().back());
   }
-  if (!knowledge_.field_moves()) {  // the model of a moving field is set at the first sample
+  if (!knowledge_.field_moves()) {  // for a moving field, this is done at the first sample
     update_pose_model();
   }
   if (!list_.readings().empty()) {

@@ -58,8 +58,8 @@ class Session::Engine {
   // Records the pose, the temperature and the scatter of the last reading.
   void remember(const CapturedReading& taken);
   void update_pose_model();
-  // Sets a moving field to its value at the time of the first reading. If there is no reading, the
-  // time of the first sample is used.
+  // Computes a moving field at the time of the first reading, or at the time of the first sample if
+  // there is no reading yet.
   void find_moving_field();
   // Returns the angle by which a moving field has turned since the last reading [rad].
   [[nodiscard]] double field_angle_since_last() const;
@@ -75,7 +75,7 @@ class Session::Engine {
   void detect_repositioning();
   void begin_dwell();
   void dwell();
-  // True if the reading equals the last one, although readings at the two points must differ.
+  // True if the reading equals the last one, although their two points require different readings.
   [[nodiscard]] bool lies_as_before() const;
   // True if the cube was moved since the last reading.
   [[nodiscard]] bool has_moved() const;

@@ -133,7 +133,7 @@ std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedRe
 bool SessionKnowledge::is_distinguishable_from(const CapturedReading& reading,
                                                const DesignEntry& entry,
                                                double now_s) const {
-  constexpr double clearly = 0.5;  // least contrast, relative to the effect of the field
+  constexpr double clearly = 0.5;  // smallest result of least_contrast() for distinct readings
   const PlacedReading other = {
       .entry = entry,
       .mean = {},

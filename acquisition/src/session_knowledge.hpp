@@ -22,7 +22,7 @@ class SessionKnowledge {
   /// True if the direction of the field changes with time, as that of sunlight.
   [[nodiscard]] bool field_moves() const;
 
-  /// Sets a moving field to its value at a time [s since 1970, UTC].
+  /// Computes a moving field at a time [s since 1970, UTC].
   void find_field_at(double time_s);
 
   /// @return the angle by which a moving field turns between two times [rad]; 0 for a fixed field.

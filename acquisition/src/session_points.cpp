@@ -12,9 +12,10 @@
 namespace axiscal {
 namespace {
 
-constexpr double settle_parts = 0.4;  // wait after the cube is still, as a fraction of the window
+constexpr double settle_parts = 0.4;  // wait after the cube is still, as a fraction of window_s
 constexpr double first_floor_age_s = 3.0;  // required Stillness::floor_age_s() at the first reading
-constexpr double laying_anew_s = 1.0;      // duration of a motion [s]; a shorter motion is a bump
+// Shortest motion that counts as placing the cube again [s]. A shorter one is a bump.
+constexpr double laying_anew_s = 1.0;
 constexpr double store_again_s = 0.5;
 constexpr double telling_drift = 5.0;  // limit of DwellSums::drift() [standard errors]
 constexpr int most_drift_restarts = 5;
@@ -144,13 +145,13 @@ void Session::Engine::dwell() {
       dwell_.samples() < fewest_samples_of_dwell) {
     return;
   }
-  const bool may_drift = knowledge_.field_moves();  // because a moving field changes the reading
+  const bool may_drift = knowledge_.field_moves();  // a moving field makes the reading drift
   if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
     ++drift_restarts_;
-    news_.tell("drift", drift_restarts_ < most_drift_restarts
-                            ? "the value drifts: the reading starts again"
-                            : "the value drifts again: the next reading is taken in spite of a "
-                              "drift");
+    news_.tell("drift",
+               drift_restarts_ < most_drift_restarts
+                   ? "the value drifts: the reading starts again"
+                   : "the value drifts again: the next reading is taken even if the value drifts");
     begin_dwell();
     return;
   }
@@ -158,7 +159,7 @@ void Session::Engine::dwell() {
     phase_ = SessionPhase::laying;
     moved_ = false;
     view_.lies_as_before = true;
-    said_as_before_ = true;  // at the second time, the reading is taken
+    said_as_before_ = true;  // the second time, the reading is taken
     news_.tell("as_before", "the cube lies as it did at the last reading: lay it as requested", {},
                wanted_row().entry.point);
     return;

@@ -34,7 +34,7 @@ std::string soaking_words(const MessageContext& besides) {
     return "the temperature is not measured; continue when the requested temperature is reached";
   }
   return besides.soak_remaining_s > 0.0
-             ? formatted("about {} minutes to go", number_text(besides.soak_remaining_s / 60.0, 2))
+             ? formatted("about {} min to go", number_text(besides.soak_remaining_s / 60.0, 2))
              : "waiting until the temperature is steady";
 }
 

@@ -11,7 +11,7 @@ namespace axiscal {
 /// The inputs of set_next_step_text() that a view does not contain.
 struct MessageContext {
   const PoseJudgement* judgement = nullptr;  ///< the model's judgement of the doubtful reading
-  double soak_remaining_s = 0.0;             ///< time until the temperature is steady; 0: unknown
+  double soak_remaining_s = 0.0;             ///< time until temperature is steady [s]; 0: unknown
   bool has_temperature = false;
   bool has_quit = false;
 };

@@ -20,7 +20,8 @@ constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
 constexpr double handling_sd = 0.05;  // standard deviation of accelerations by hand [g]
 constexpr double knock_g = 0.02;
-constexpr double impatience_s = 300.0;  // time without a reading until the cube is placed again
+// If no reading is taken for this time, the simulated person places the cube again.
+constexpr double impatience_s = 300.0;
 constexpr std::size_t samples_a_read = 50;
 
 constexpr double turn_s = 1.4;  // duration of a turn in the hand

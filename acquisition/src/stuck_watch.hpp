@@ -17,7 +17,7 @@ class StuckWatch {
   StuckWatch(const std::vector<std::string>& axes, const Stillness& stillness)
       : axes_(axes), stillness_(stillness) {}
 
-  /// Records which axes scatter. Only such an axis can later be stuck.
+  /// Records which axes scatter. Only an axis that has scattered can later be reported as stuck.
   /// @param sd  standard deviations of a reading, m entries.
   void learn(const Eigen::VectorXd& sd);
 

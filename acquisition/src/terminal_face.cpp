@@ -380,11 +380,11 @@ class TerminalFace final : public SessionFace {
       mark(free.gap, '?');
     }
     mark(free.to_sphere * (free.now - free.centre), '@');
-    put(7, 1, "the sphere, z up: # reading, . gap");
+    put(7, 1, "sphere, z up: # = reading, . = gap");
     for (int line = 0; line < lines; ++line) {
       put(8 + line, 1, map.at(static_cast<std::size_t>(line)));
     }
-    put(17, 1, "@ current, ? requested direction");
+    put(17, 1, "@ = current, ? = requested direction");
     constexpr int column = 42;
     put(8, column, "filled   " + bar(free.coverage, 24));
     put(9, column, formatted("largest gap {:.0f} deg", free.largest_gap_rad * deg_per_rad));
@@ -421,7 +421,7 @@ class TerminalFace final : public SessionFace {
     }
     put(10, column, "reading  " + reading);
     put(11, column,
-        formatted("rate     {} samples a second{}", number_text(view.rate_hz, 4),
+        formatted("rate     {} samples per second{}", number_text(view.rate_hz, 4),
                   view.automatic ? "" : "; manual"));
     if (view.temperature) {
       put(12, column, "temperature " + number_text(*view.temperature, 5));
@@ -439,7 +439,7 @@ class TerminalFace final : public SessionFace {
     }
     if (view.remaining_s) {
       put(15, column,
-          formatted("about {} minutes to go", number_text(std::ceil(*view.remaining_s / 60.0), 3)));
+          formatted("about {} min to go", number_text(std::ceil(*view.remaining_s / 60.0), 3)));
     }
   }
 

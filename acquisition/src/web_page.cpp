@@ -25,7 +25,7 @@ constexpr std::size_t most_sessions = 64;
 constexpr std::size_t most_events = 64;
 constexpr std::size_t most_commands = 64;
 constexpr std::string_view files_path = "/files/";
-constexpr std::chrono::seconds control_kept{7};  // a silent browser keeps control for this time
+constexpr std::chrono::seconds control_kept{7};  // time after which a silent browser loses control
 
 std::string random_key() {
   std::random_device device;

@@ -97,7 +97,7 @@ class WebPage {
   mutable std::mutex mutex_;
   std::string key_;
   std::deque<std::string> sessions_;
-  std::string owner_;       // session that last took or used control, or the first one
+  std::string owner_;       // session that last took or used control; initially the first session
   std::string controller_;  // session that has control; owner_, unless the owner is silent
   std::string view_ = "null";
   std::vector<std::string> points_;  // points of a FreeSession, as "x,y,z"

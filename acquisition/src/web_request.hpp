@@ -45,7 +45,7 @@ struct WebAnswer {
 /// @return an answer's first line and headers, with the security restrictions for the browser.
 [[nodiscard]] std::string answer_head(const WebAnswer& answer, bool keeps_alive);
 
-/// @return a text as one chunk of a chunked HTTP body; for an empty text, the final chunk.
+/// @return a text as one chunk of a chunked HTTP body. An empty text gives the final chunk.
 [[nodiscard]] std::string answer_chunk(const std::string& text);
 
 /// Parses a request from bytes as they arrive, by Boost.Beast with limits on head and body.

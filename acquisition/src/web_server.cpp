@@ -351,9 +351,10 @@ class WebServer::Listener {
       }
       acceptor_.close(failed);
     }
-    throw OutputError(formatted(
-        "cannot listen on {}, port {}: the port is in use, or the address is not of this machine",
-        listening.address, listening.first_port));
+    throw OutputError(
+        formatted("cannot listen on {}, port {}: the port is in use, or the address does not "
+                  "belong to this machine",
+                  listening.address, listening.first_port));
   }
 
   void accept() {

@@ -20,8 +20,9 @@ struct WebListening {
 /// Serves a page: HTTP/1.1 by Boost.Beast, in its own thread.
 ///
 /// A request must be complete within five seconds, including the TLS handshake. web_request.hpp
-/// limits the sizes of head and body. One network may have 32 connections, all networks together
-/// 512. If a client exceeds a limit, the server closes the oldest connection of its network, or of
+/// limits the sizes of head and body. One network may have at most 32 connections. All networks
+/// together may have at most 512. If a new client exceeds the first limit, the server closes the
+/// oldest connection of its network. If it exceeds the second, the server closes the oldest one of
 /// the network with the most connections. It does not disconnect watching browsers. A new client is
 /// therefore answered even if other clients keep many connections open.
 class WebServer {

@@ -20,12 +20,13 @@ namespace axiscal {
 struct ScatterAnalysisInput {
   const Experiment& experiment;
   const SolvedReadings& fitted;  ///< the readings of the fit
-  /// the same readings minus the estimated effect of errors that readings share
+  /// the same readings minus the estimated effect of errors that several readings share
   const SolvedReadings& judged;
   const MethodKind& method;
   /// fitted rotation of the instrument in each mount, by mount number
   const std::map<int, Eigen::Matrix3d>& mounts;
-  /// mean square of the mounts' rotations that noise alone causes, see MountTurns::expected
+  /// expected mean square of the mounts' rotations if only noise causes them, see
+  /// MountTurns::expected
   double mounts_expected = 0.0;
   bool has_mistake = false;  ///< true if a mistake was found in the readings
 

@@ -25,8 +25,8 @@ struct ConfirmedReadings {
 /// of an axis is compared with F(q, nu_k), and Fisher's method combines the axes. The noise
 /// perpendicular to the field may be larger or smaller than the noise along it. Therefore the test
 /// is repeated for several ratios of the two. The p-value is the largest over the ratios that are
-/// consistent with the readings of the fit. If a block has no readings in the fit, its shift is
-/// unknown; the test then uses only differences within the block.
+/// consistent with the readings of the fit. If a block has no readings in the fit, the
+/// shift of its biases is unknown. The test then uses only differences within the block.
 ///
 /// @param fitted       the readings of the fit.
 /// @param kept_out     one or more readings, from ReadingSource::kept_out().

@@ -17,10 +17,10 @@ namespace axiscal {
 /// Compares readings with the prediction of all other readings (method.md, section 5). The noise of
 /// each axis is estimated from the scatter of the other readings.
 ///
-/// The other readings are not fitted again. Let Q be an orthonormal basis of an axis's own columns,
-/// and Q_d its rows at the d readings that are left out. Let y_d be the residuals of these readings
-/// in the fit of all readings. With M = (1 - Q_d^T Q_d)^-1, the errors of the prediction are y_d +
-/// Q_d M Q_d^T y_d.
+/// The other readings are not fitted again. Let Q be an orthonormal basis of the design columns
+/// that belong to one axis alone, and Q_d its rows at the d readings that are left out. Let y_d be
+/// the residuals of these readings in the fit of all readings. With M = (1 - Q_d^T Q_d)^-1, the
+/// errors of the prediction are y_d + Q_d M Q_d^T y_d.
 ///
 /// @par Source
 /// Cook & Weisberg, Residuals and Influence in Regression (1982), sec. 3.6.
@@ -37,7 +37,7 @@ class DeletionFit {
   /// Tests whether contrasts (linear combinations) of some readings agree with the prediction from
   /// all other readings. Each axis is tested with F(q, nu_k); Fisher's method combines the axes.
   ///
-  /// @param readings   d positions in the set.
+  /// @param readings   indices in the set of the d readings that are left out.
   /// @param contrasts  q x d: q contrasts of these readings, one in each row.
   /// @param loss       divisor of the degrees of freedom, from dof_reduction_factor(); 1 if the
   ///                   noise of the axes is independent.
@@ -61,7 +61,7 @@ class DeletionFit {
     Eigen::VectorXd degrees_of_freedom;  ///< one entry for each axis
   };
 
-  /// @param readings  positions in the set; all of them are left out.
+  /// @param readings  indices in the set of the readings that are left out together.
   /// @return one prediction for each of these readings; `nullopt` if the other readings do not
   ///         determine all predictions.
   [[nodiscard]] std::optional<std::vector<Prediction>> predictions(
@@ -70,7 +70,8 @@ class DeletionFit {
  private:
   const ReadingSet& set_;
   std::shared_ptr<const Solution> solution_;
-  Eigen::VectorXd smallest_;  // variance of the rounding error of each axis, m entries
+  // m entries: the smallest noise variance of each axis, which is its squared rounding error
+  Eigen::VectorXd smallest_;
 };
 
 }  // namespace axiscal

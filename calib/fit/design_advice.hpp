@@ -21,7 +21,8 @@ using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double le
 ///         Experiment::also. `set` must outlive the function.
 [[nodiscard]] RowsForPoint rows_of_points(const ReadingSet& set, const TableField& field);
 
-/// Returns a short list of points to add, so that the design determines all its columns.
+/// Returns a short list of design points. With readings at these points, the design determines the
+/// coefficients of all its columns.
 ///
 /// @param levels_help  true if points at the levels -1 and 0 may be tried too.
 /// @return e.g. "rest +Z, fence +X; rest -Z, fence +X"; "" if no points help.
@@ -42,8 +43,8 @@ struct OpenParameters {
 /// axis is judged by the readings that it uses.
 ///
 /// @param rows_for   see points_to_add(); empty if each reading has its own given field.
-/// @param turned_round  true for method paired, which needs each point with the opposite fence face
-///                      as well.
+/// @param turned_round  true for method paired: for each point to add, the message also asks for
+///                      the point with the opposite fence face.
 /// @throws RankDeficientError  if a coefficient is undetermined; the error names the coefficients
 ///         of every axis and the readings to add.
 void require_determined(const ReadingSet& set,

@@ -78,7 +78,7 @@ struct Estimate {
   /// mean magnitude of the field, over the readings at which it is not 0; 0 if the method does not
   /// compute it
   double mean_field = 0.0;
-  /// for method paired: positions of the readings that have no opposite reading and are not used
+  /// for method paired: indices of the readings that have no opposite reading and are not used
   std::vector<std::size_t> unpaired;
   std::optional<CurvatureTest> curvature;
   std::vector<CalibrationNote> notes;
@@ -89,14 +89,15 @@ struct Estimate {
 /// Method paired: fits the averages of opposite positions, which have the same rest face and
 /// opposite fence faces. The field is turned by the measured tilt of the table (method.md, section
 /// 4).
-/// @param nominal_in_table  nominal field; only its length F and the sign of its z are used.
+/// @param nominal_in_table  nominal field; only its magnitude and the sign of its component z are
+///                          used.
 [[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
                                        const Eigen::Vector3d& nominal_in_table);
 
 /// The regression of method paired on the averages of opposite readings, for readings of equal
 /// weight.
 struct PairedDesign {
-  Eigen::MatrixXd design;     // [1, mean f], q x 4
+  Eigen::MatrixXd design;     // q x 4: 1, then the mean field in the sensor's frame
   Eigen::MatrixXd averaging;  // q x n: maps the readings to the averages
   Eigen::VectorXd weights;    // q
 };

@@ -14,8 +14,8 @@
 
 namespace axiscal {
 
-/// A model that is linearised about a solution: r = J x + e. The residuals r of each axis are
-/// divided by the axis's sigma.
+/// A model that is linearised about a solution. J is the Jacobian of the readings with respect to
+/// the unknowns, and r contains the residuals. Both are divided by the sigma of the axis.
 ///
 /// J has m rows for each reading, one for each axis. Its first columns are the own columns of each
 /// axis: those of its coefficients and of the effects of the run. The shared columns follow (see
@@ -78,7 +78,8 @@ class Fit {
     return r_(row_of(reading, axis));
   }
 
-  /// @return x: the coefficients of each axis, then the step of the shared unknowns.
+  /// @return the unknowns, q entries: the coefficients of each axis, then the step of the shared
+  ///         unknowns.
   [[nodiscard]] const Eigen::VectorXd& unknowns() const { return x_; }
 
   /// @return the name of each column; consecutive columns may have the same name.
@@ -128,8 +129,9 @@ class Fit {
   /// @return the diagonal of the hat matrix, n x m.
   [[nodiscard]] Eigen::MatrixXd leverage() const;
 
-  /// @return (Q P)^T Z, q x c. The rows of Z are the readings of the first axis, then those of the
-  ///         second axis, and so on, each divided by sigma of its axis.
+  /// @return the product [Q, P]^T Z, q x c, with the bases Q of all axes and P. The rows of Z are
+  ///         the readings of the first axis, then those of the second axis, and so on, each divided
+  ///         by sigma of its axis.
   [[nodiscard]] Eigen::MatrixXd in_basis(const Eigen::MatrixXd& Z) const;
 
   /// Adds the contribution of one row of Z to `products`, the result of in_basis(Z).
@@ -138,7 +140,8 @@ class Fit {
                     const Eigen::Ref<const Eigen::RowVectorXd>& z,
                     Eigen::MatrixXd& products) const;
 
-  /// @return the degrees of freedom of an axis: its readings minus the sum of its leverages.
+  /// @return the degrees of freedom of an axis: the number of its readings minus the sum of their
+  ///         leverages.
   [[nodiscard]] double degrees_of_freedom_of(Eigen::Index axis) const;
 
   /// @return the covariance of the shared unknowns, s x s.
@@ -152,7 +155,8 @@ class Fit {
   /// @return B, n x q; B B^T is the hat matrix of the combinations z_i, see combined_columns().
   [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;
 
-  /// The rows for the coefficients of one axis of a root R of the covariance: R R^T = (J^T J)^-1.
+  /// The rows of a matrix R that belong to the coefficients of one axis. R is a root of the
+  /// covariance of the unknowns: R R^T = (J^T J)^-1.
   struct RootOfAxis {
     Eigen::MatrixXd own;     ///< p x p: the columns of R that correspond to Q
     Eigen::MatrixXd shared;  ///< p x s: the columns of R that correspond to P

@@ -15,7 +15,7 @@ namespace axiscal {
 /// Divides the readings into layings. A laying is one placement of the cube: consecutive readings
 /// at the same design point, field level and block. With temperature terms, or without design
 /// points, each reading is a laying by itself.
-/// @return the position of the first reading of each laying.
+/// @return the index of the first reading of each laying.
 [[nodiscard]] std::vector<std::size_t> laying_starts(const ReadingSet& set);
 
 /// The mean readings of the layings, and the scatter within the layings.

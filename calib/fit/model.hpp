@@ -26,7 +26,7 @@ namespace axiscal {
 using AddedColumns =
     std::function<Eigen::MatrixXd(const TableField& field, const Eigen::MatrixXd& coefficients)>;
 
-/// A point in the space of the unknowns in which the model is not linear.
+/// Values of the unknowns that enter the model nonlinearly.
 struct Place {
   TableField field;              ///< the field in the table's frame
   Eigen::MatrixXd scale = {};    ///< m x order: the coefficients c of TemperatureTerms
@@ -129,7 +129,7 @@ class Model {
   [[nodiscard]] Model with(AddedColumns added) const;
 
   /// @return the same model with the rotation of the instrument in each mount as a further unknown.
-  ///         The rotations sum to 0.
+  ///         The rotation vectors of all mounts sum to 0.
   [[nodiscard]] Model with_free_mounts() const;
 
   [[nodiscard]] const ReadingSet& readings() const { return readings_; }

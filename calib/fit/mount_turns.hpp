@@ -16,7 +16,9 @@ namespace axiscal {
 /// sum to 0.
 struct MountTurns {
   std::map<int, Eigen::Matrix3d> turns;  ///< rotation for each mount number
-  double expected = 0.0;  ///< mean square of a component of d_j if the rotations are only noise
+  /// Expected sum of the squared components of all d_j, divided by 3 (B - 1) for B mounts, if the
+  /// rotations are only noise.
+  double expected = 0.0;
 };
 
 /// Fits the rotations of the mounts together with all other unknowns.

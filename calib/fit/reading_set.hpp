@@ -19,14 +19,15 @@ namespace axiscal {
 /// A table of n readings and m axes: true if the axis uses the reading.
 using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// The temperature terms of the axes during the fit (method.md, section 6). The temperature scale
-/// is 1 + c_1 d + c_2 d^2 + ...; it multiplies S f. This product is linearised in both factors: the
-/// columns are d^j (S f) and scale f, with the values of c and S from the previous step.
+/// The temperature terms of the axes during the fit (method.md, section 6). An axis with the
+/// sensitivity S responds to a field f by g S f. The temperature scale is g = 1 + c_1 d + c_2 d^2 +
+/// ... The product g S f is linearised in c and in S: the design columns for c_j are d^j (S f), and
+/// those for S are g f. These columns are computed with the values of c and S of the previous step.
 struct TemperatureTerms {
   int order = 0;
   Eigen::MatrixXd d;  // n x m: temperature at each axis's sensor minus its reference
-  // n: number of the soak level (plateau of constant temperature); empty if the temperature is
-  // continuous
+  // n: index of the soak level (plateau of constant temperature) at each reading; empty if the
+  // temperature is continuous
   std::vector<int> soak;
   Eigen::MatrixXd scale;    // m x order: the present values of c
   SensitivityMatrix along;  // m x 3: the present values of S
@@ -47,12 +48,12 @@ struct ReadingSet {
   std::vector<std::string> axes;  // m names
   // field component (0, 1 or 2) that each axis nominally senses; nullopt if unknown
   std::vector<std::optional<int>> nominal;
-  TableField field;  // the parts of the field and its tilts by block; without vectors
+  TableField field;  // the parts of the field and the tilts of the table; has no vectors
   // Second fields (Experiment::also): further fields that affect the readings. They are known in
   // the table's frame and independent of the level. Each adds three columns.
   std::vector<std::string> also_kinds;
   std::vector<Eigen::Vector3d> also_in_table;
-  Eigen::VectorXd noise_ratio;  // m: noise of each axis relative to the others, if given
+  Eigen::VectorXd noise_ratio;  // m: relative noise of the axes; empty if not stated
   bool robust = false;
   bool has_fence = true;                           // value of Observations::has_fence
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // for a transfer: result of seen_directions()
@@ -62,7 +63,7 @@ struct ReadingSet {
   TemperatureTerms temperature;
   RunEffects effects;  // columns for the effects of the run; there may be none
 
-  // Returns the index of the field's tilt at a reading.
+  // Returns the index of the table's tilt at a reading, see TableField.
   [[nodiscard]] std::size_t tilt_of(std::size_t reading) const {
     return field.tilt_of_block(readings[reading].block);
   }
@@ -95,8 +96,8 @@ struct ReadingSet {
                                                Eigen::Index axis) const;
 
   // Finds axes that can be fitted together because they have the same columns and weights. Columns
-  // are the same for all axes if there are no temperature terms, no memory, and no parts of the
-  // field that only some axes see.
+  // are the same for all axes if there are no temperature terms, no memory of the previous reading,
+  // and no parts of the field that only some axes see.
   // @param of_axes  weights, n x m.
   // @return the end of the range of axes that starts at `first` and has the same columns and
   //         weights.
@@ -104,8 +105,8 @@ struct ReadingSet {
 
   // observable_columns() returns the columns of an axis whose coefficients its readings determine.
   // observable_column_map() returns the matrix that converts these coefficients to the coefficients
-  // of all columns. A transfer has one sensitivity column for each direction in which its fields
-  // differ. Otherwise all columns are observable.
+  // of all columns. A transfer (fields that differ in fewer than three directions) has one
+  // sensitivity column for each of these directions. Otherwise all columns are observable.
   [[nodiscard]] Eigen::MatrixXd observable_columns(const Eigen::MatrixXd& design,
                                                    Eigen::Index axis) const;
   [[nodiscard]] Eigen::MatrixXd observable_column_map() const;

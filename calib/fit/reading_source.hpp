@@ -30,7 +30,7 @@ struct ModelChoice {
 };
 
 /// The variance of a reading in units of the mean variance (method.md, section 4.1).
-/// @param floor       the fraction that more samples do not reduce.
+/// @param floor       the fraction of the mean variance that more samples do not reduce.
 /// @param by_samples  1 / (number of samples), divided by its mean over the readings.
 template <typename Value>
 [[nodiscard]] Value variance_of_samples(double floor, const Value& by_samples) {

@@ -9,9 +9,10 @@
 
 namespace axiscal {
 
-// The linear system of a fit of the response v = b + scale S f. The rows are the readings, axis
-// after axis. The columns are first the p own coefficients of each axis, then the shared unknowns:
-// the directions of the fields, and the errors of inputs or the columns of a hypothesis.
+// The linear system of a fit of the response v = b + g S f with the temperature scale g. The rows
+// are the readings, axis after axis. The columns belong first to the p own coefficients of each
+// axis, then to the shared unknowns: the directions of the fields, and the errors of inputs or the
+// coefficients of a hypothesis.
 
 /// Derivative of the field in the sensor's frame with respect to q unknowns: (3 n) x q, with three
 /// rows for each reading.
@@ -29,7 +30,7 @@ using FieldChanges = Eigen::MatrixXd;
 
 /// @return derivative of an axis's readings with respect to the unknowns of `changes`, without
 ///         weights; n x q.
-/// @param S  row of the sensitivity of the axis.
+/// @param S  the row of the sensitivity matrix for this axis.
 [[nodiscard]] Eigen::MatrixXd response_changes(const ReadingSet& set,
                                                Eigen::Index axis,
                                                const Eigen::RowVector3d& S,

@@ -15,7 +15,8 @@ namespace axiscal {
 struct BiasStep {
   int after_run = 0;  ///< run number of the last reading before the step
   int block = 0;
-  double mean = 0.0;  ///< fraction of the run's readings that come after the step, within its block
+  /// number of readings after the step in its block, divided by the number of readings of the run
+  double mean = 0.0;
 };
 
 /// Changes of the readings in the course of a run: a bias shift of each block, a step of the bias,
@@ -28,8 +29,8 @@ struct RunEffects {
   Eigen::MatrixXd columns;
   std::vector<std::string> names;  ///< names of the e columns
   std::vector<int> blocks;         ///< numbers of the B blocks; empty if blocks are not fitted
-  Eigen::MatrixXd
-      shift_of_block;      ///< B x e: the values of the columns in each block, except for a drift
+  /// B x e: the value of each column in each block; 0 in columns that change within a block
+  Eigen::MatrixXd shift_of_block;
   bool has_drift = false;  ///< true if a column is the drift, which changes by 1 over the run
   std::optional<BiasStep> step;
   /// n x m: the memory column of each axis, which is the previous reading minus the present reading
@@ -129,8 +130,8 @@ void add_memory(const std::vector<Reading>& readings,
                                                       const std::vector<Reading>& run,
                                                       const std::vector<Reading>& others);
 
-/// @return positions of the readings in the order of their run numbers, which is the order in which
-///         they were taken.
+/// @return the indices of the readings, ordered by run number. This is the order in which the
+///         readings were taken.
 [[nodiscard]] std::vector<std::size_t> order_of_runs(const std::vector<Reading>& readings);
 
 /// Returns the position of each of the n readings in the run, from -1/2 to 1/2. The positions

@@ -11,7 +11,7 @@ namespace axiscal {
 /// beyond this value.
 struct SaturatedAxis {
   Eigen::Index axis = 0;
-  double value = 0.0;     ///< [unit]
+  double value = 0.0;     ///< the largest or smallest value of the axis [unit]
   std::vector<int> runs;  ///< run numbers of the readings with this value
 };
 

@@ -15,9 +15,9 @@ namespace axiscal {
 /// The mistakes that explain a contradiction between the readings.
 struct Culprit {
   std::vector<CalibrationWarning> warnings;  // sorted, the most likely mistake first
-  Correction correction;                     // for the most likely mistake
-  // The largest change of a coefficient that the mistake causes, as a fraction of the full response
-  // |S_k| F.
+  Correction correction;                     // corrects the most likely mistake
+  // The largest change of a coefficient that the mistake causes. It is stated as the resulting
+  // change of an axis's output in the reference field, divided by the axis's response to the field.
   double effect = 0.0;
 };
 
@@ -28,12 +28,12 @@ struct MistakeSearch {
   std::string remark;
 };
 
-/// @return the advice for the mistake, one or more sentences; empty if no kind of mistake has its
-///         code.
+/// @return the advice for the mistake, one or more sentences; empty if there is no advice for the
+///         code of the mistake.
 [[nodiscard]] std::string_view advice_of(const Correction& correction);
 
-/// Returns true if a run can be searched for mistakes. It needs at least 6 readings of one field,
-/// all with labels, and none of them excluded.
+/// Returns true if a run can be searched for mistakes. The run must have at least 6 readings of a
+/// single field. The orientation of each reading must be stated, and no reading may be excluded.
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
 
 /// Tests whether the readings of a run contradict each other. If they do, finds the mistakes that
@@ -44,9 +44,10 @@ struct MistakeSearch {
 /// added parameter and for the number of alternatives of the same kind.
 ///
 /// @param known_field  true if the field's direction is given.
-/// @param without_shared_errors  the same readings without their shared errors, because shared
-///                               errors are not mistakes. The tests must detect a mistake in this
-///                               set too. Null if the readings have no shared errors.
+/// @param without_shared_errors  the same readings, minus the estimated effect of errors that many
+///                               readings share (for example an error of the cube). Such errors are
+///                               not mistakes, so the tests must detect a mistake in this set too.
+///                               Null if the readings have no shared errors.
 [[nodiscard]] MistakeSearch find_culprit(const ReadingSet& set,
                                          const Estimate& estimate,
                                          bool known_field,

@@ -133,7 +133,7 @@ struct SingularValues {
 };
 [[nodiscard]] SingularValues singular_values(const Eigen::MatrixXd& A);
 
-/// @return L with L L^T = C for a covariance of any rank.
+/// @return L with L L^T = C for a covariance C of any rank.
 [[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
 
 /// @return the vector x that minimises |A x - b|; if there are several, the one of smallest norm.
@@ -144,7 +144,7 @@ struct SingularValues {
 /// @return the Moore-Penrose inverse A^+, by complete orthogonal decomposition.
 [[nodiscard]] Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A);
 
-/// A^+ and the rank of A to working precision.
+/// The Moore-Penrose inverse of a matrix, and the rank of the matrix to working precision.
 struct PseudoInverseWithRank {
   Eigen::MatrixXd inverse;
   Eigen::Index rank = 0;

@@ -15,7 +15,7 @@ struct FurtherColumns {
   Eigen::MatrixXd covariance;       ///< (A^T A)^-1, A = [J, columns], (p + q) x (p + q)
   double residual_sd = 0.0;         ///< residual sd of the fit with the further columns
   double degrees_of_freedom = 0.0;  ///< n - p - q
-  /// p-value of the F test that all further coefficients are 0
+  /// p-value of the F test of the hypothesis that all further coefficients are 0
   double p_value = 1.0;
 };
 

@@ -11,7 +11,7 @@ namespace axiscal {
 struct ColumnPiece {
   Eigen::Index first = 0;  ///< index of the piece's first row
   std::vector<Eigen::Index> columns;
-  Eigen::MatrixXd W;  ///< the values of the whole matrix in these rows and columns
+  Eigen::MatrixXd W;  ///< the part of the whole matrix in these rows and columns
 };
 
 /// Columns that are replaced by the same number of columns with the same span.
@@ -36,9 +36,10 @@ struct PiecewiseColumns {
   [[nodiscard]] Eigen::MatrixXd covariance_of(Eigen::MatrixXd in_basis) const;
 };
 
-/// @param W     n m x c: m rows for each of n units.
+/// Divides a matrix into pieces.
+/// @param W     the matrix, n m x c: m consecutive rows for each of n units.
 /// @param rows  m, the number of rows of a unit.
-/// @param kept  the last `kept` columns of W are not replaced.
+/// @param kept  number of columns at the end of W that are not replaced.
 [[nodiscard]] PiecewiseColumns piecewise_columns(const Eigen::MatrixXd& W,
                                                  Eigen::Index rows,
                                                  Eigen::Index kept);

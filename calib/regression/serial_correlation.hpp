@@ -11,10 +11,10 @@ namespace axiscal {
 
 /// Readings in time order with m responses. Each response has its own regression.
 struct OrderedReadings {
-  /// n x p; one for each response, or one for all; first column 1
+  /// design matrices, n x p: one for each response, or one for all responses; the first column is 1
   std::vector<Eigen::MatrixXd> designs;
   Eigen::MatrixXd responses;  ///< n x m
-  Eigen::VectorXd places;     ///< n positions of the readings in the run: increasing whole numbers
+  Eigen::VectorXd places;     ///< place of each reading in the run, n increasing whole numbers
   std::vector<int> blocks;    ///< n block numbers; each block is contiguous; empty: no blocks
 
   [[nodiscard]] const Eigen::MatrixXd& design_of(Eigen::Index k) const {
@@ -101,8 +101,8 @@ class LagOneScore {
 /// Estimates of the first coefficient of each response's regression, if the noise is the sum of
 /// white noise and of noise that is correlated from reading to reading.
 struct CorrelatedMean {
-  Eigen::VectorXd estimate;         ///< m
-  Eigen::VectorXd u;                ///< m standard uncertainties
+  Eigen::VectorXd estimate;         ///< first coefficient of each response, m entries
+  Eigen::VectorXd u;                ///< standard uncertainties of `estimate`, m entries
   double degrees_of_freedom = 0.0;  ///< n - p
   /// correlation of the noise of consecutive readings; weighted mean over the models
   double correlation = 0.0;
@@ -131,10 +131,10 @@ struct CorrelatedMean {
 
 /// The coefficients of a fit, averaged over models of correlated noise.
 struct CorrelatedFit {
-  Eigen::VectorXd estimate;         ///< p
-  Eigen::MatrixXd covariance;       ///< p x p
+  Eigen::VectorXd estimate;         ///< the coefficients, p entries
+  Eigen::MatrixXd covariance;       ///< covariance of the coefficients, p x p
   double degrees_of_freedom = 0.0;  ///< number of fitted rows minus p
-  double correlation = 0.0;         ///< as in CorrelatedMean
+  double correlation = 0.0;         ///< see CorrelatedMean::correlation
 };
 
 /// Fits y_i = J_i b + h_i . x_i + white noise. The noise x_i has three components; each component
@@ -144,7 +144,7 @@ struct CorrelatedFit {
 ///
 /// @param design    J, n x p.
 /// @param response  y, n entries.
-/// @param along     h, n x 3.
+/// @param along     h, n x 3: row i is the direction h_i.
 /// @return b and its covariance.
 [[nodiscard]] CorrelatedFit fit_with_correlated_noise(const Eigen::MatrixXd& design,
                                                       const Eigen::VectorXd& response,
@@ -167,8 +167,8 @@ struct CommonAr1Problem {
   double squares = 0.0;
   const Eigen::MatrixXd& along;       ///< n x q: component of J along the direction of the cause
   const Eigen::VectorXd& deviations;  ///< n: component of the residuals along this direction
-  Eigen::MatrixXd sizes;              ///< h, n x 1, with mean square 1
-  Eigen::VectorXd places;             ///< n numbers of the readings, see OrderedReadings
+  Eigen::MatrixXd sizes;              ///< h, n x 1: factor h_i of each reading; mean square 1
+  Eigen::VectorXd places;             ///< place of each reading in the run; see OrderedReadings
   double degrees_of_freedom = 0.0;    ///< number of residuals minus q
 };
 

@@ -22,7 +22,8 @@ struct ResponseSums {
 /// The shared coefficients, if each response has its own variance.
 struct SharedFit {
   Eigen::VectorXd variance;  ///< m variances of the responses
-  /// m entries: nu = N minus the part of the D coefficients that this response determines.
+  /// nu, the degrees of freedom of each response, m entries: N minus the part of the D shared
+  /// coefficients that this response determines.
   Eigen::VectorXd degrees_of_freedom;
   Eigen::VectorXd estimate;    ///< D shared coefficients
   Eigen::MatrixXd covariance;  ///< D x D

@@ -13,10 +13,10 @@ namespace axiscal {
 /// over the components. The errors e of different units are independent. Errors that several units
 /// share are coefficients in b (see `prior`).
 struct VarianceProblem {
-  Eigen::Index rows = 0;  ///< m
+  Eigen::Index rows = 0;  ///< m, the number of rows of each unit
   Eigen::MatrixXd W;      ///< n m x c; a row that is left out is 0 in W, y and `roots`
-  Eigen::VectorXd y;      ///< n m
-  /// the coefficients of the last `prior` columns are errors of variance 1
+  Eigen::VectorXd y;      ///< the readings, n m entries
+  /// number of columns at the end of W whose coefficients are errors of variance 1
   Eigen::Index prior = 0;
   /// For each component q, a matrix with n m rows. It contains K_qi of all units i, one below the
   /// other, where Q_qi = K_qi K_qi^T.
@@ -38,11 +38,11 @@ struct VarianceFit {
   Eigen::VectorXd estimate;  ///< b, c entries
   /// c x c: the covariance of b, (W^T V^-1 W + D)^-1 with D = 1 for columns with a prior
   Eigen::MatrixXd covariance;
-  /// for each component q, the contribution to the covariance of b (c x c) if the variance theta_q
-  /// is 1
+  /// for each component q, its contribution to the covariance of b, divided by theta_q; c x c
   std::vector<Eigen::MatrixXd> unit_shares;
 
-  /// Returns the part of b's covariance from the components, without the part from the prior.
+  /// Returns the part of the covariance of b that the components cause, without the part that the
+  /// prior causes.
   [[nodiscard]] Eigen::MatrixXd scatter() const;
 
   /// Returns Satterthwaite's degrees of freedom of a diagonal entry of scatter(), which is the
@@ -72,9 +72,9 @@ struct VarianceFit {
                                                                  const Eigen::VectorXd& start,
                                                                  double still = 1e-9);
 
-/// Computes the score test of a component. It starts at `theta`, where the component is 0. The
-/// result is one step of scoring for the component, divided by the standard error of the step. A
-/// component with a low score need not be fitted.
+/// Computes a score that tests whether the variance of a component is greater than 0. It is the
+/// first step of Fisher's scoring from `theta`, where this variance is 0, divided by the standard
+/// error of the step. A component with a low score need not be fitted.
 ///
 /// @param theta  the variance of each component; theta(component) is 0.
 /// @return nullopt if the readings do not determine b or the components.
@@ -98,6 +98,8 @@ struct WeightedFit {
   double squares = 0.0;
 };
 
+/// Computes the generalised least-squares fit for given variances.
+/// @param theta  the variance of each component.
 /// @return nullopt if the readings do not determine b.
 [[nodiscard]] std::optional<WeightedFit> fit_at_variances(const VarianceProblem& problem,
                                                           const Eigen::VectorXd& theta);

@@ -21,8 +21,8 @@ std::string message_of(const std::string& column, const std::vector<std::string>
                            semicolons ? "semicolons" : "tabs")
                : "";
   }
-  return formatted("{}column '{}': is missing; the columns are: {}{}", lead, column,
-                   joined(columns), did_you_mean(column, names));
+  return formatted("{}column '{}' is missing. The columns are: {}{}", lead, column, joined(columns),
+                   did_you_mean(column, names));
 }
 
 std::string place_of(const std::string& path, std::size_t line) {

@@ -46,7 +46,7 @@ std::string temporary_name(int attempt) {
   return formatted("{}{}-{}", temporary_prefix, ::getpid(), attempt);
 }
 
-// The process id in the name of a temporary file; 0 if the name is not that of a temporary file.
+// Returns the process id in the name of a temporary file; 0 if the file is not such a file.
 pid_t process_in(std::string_view name) {
   if (!name.starts_with(temporary_prefix)) {
     return 0;

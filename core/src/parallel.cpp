@@ -68,7 +68,7 @@ void for_each_in_parallel(std::size_t count,
           error_at = i;
           error = std::current_exception();
         }
-        next = count;  // starts no more work; lower numbers have already started
+        next = count;  // no further work starts; all work with lower numbers has already started
       }
     }
   };

@@ -17,8 +17,8 @@ using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 // Computes the words that std::seed_seq generates from three numbers for an engine with a large
 // state ([rand.util.seedseq]). Seeding takes longer than drawing from most streams, so two measures
 // make it fast. The loop is split into stretches in which no index wraps around, so that it needs
-// no remainders. Several sequences are computed together; this takes little longer than computing
-// one, because each word of a sequence depends on the previous word.
+// no remainders. Several sequences are computed together. This takes little longer than computing
+// one, because the processor works on the others while a word waits for the previous word.
 template <std::size_t count>
 class SeedSequences {
  public:

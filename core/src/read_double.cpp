@@ -27,7 +27,7 @@ const char* after_digits(const char* at, const char* last) {
   return at;
 }
 
-// The end of the longest decimal number that begins at `first`; `first` if no number begins there.
+// Returns the end of the longest decimal number that begins at `first`; `first` if there is none.
 const char* end_of_decimal(const char* first, const char* last) {
   const char* at = first;
   if (at != last && *at == '-') {

@@ -85,7 +85,8 @@ std::vector<Eigen::Matrix3d> basis_of(MatrixShape shape) {
   return basis;
 }
 
-// Returns the matrix M of the given shape that minimises the Frobenius norm of M S - I.
+// Returns the matrix M of the given shape that minimises the Frobenius norm of M S - I, with S the
+// sensitivity matrix.
 Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
   if (shape == MatrixShape::full) {
     return S.inverse();
@@ -107,7 +108,8 @@ Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
   return M;
 }
 
-// Returns directions all over the sphere, and the two directions of each axis.
+// Returns 1000 directions spread over the sphere, and the positive and negative direction of each
+// axis.
 std::vector<Eigen::Vector3d> directions() {
   std::vector<Eigen::Vector3d> all = directions_on_sphere(1000);
   for (int axis = 0; axis < 3; ++axis) {
@@ -181,8 +183,8 @@ Differences differences_of(const Calibration& calibration,
 void require_three_axes(const Calibration& calibration, std::string_view format) {
   if (calibration.sensor.instrument.axis_count() != 3 || calibration.sensor.instrument.one_sided) {
     throw RefusedError(
-        formatted("format {} supports only instruments with three axes that are not "
-                  "one-sided",
+        formatted("format {} supports only instruments with three axes, and it does not support "
+                  "one-sided axes",
                   format));
   }
 }
@@ -255,7 +257,7 @@ std::optional<ExportLoss> loss_of(const Calibration& calibration, const Consumer
   const Eigen::Vector3d shift =
       model.inverse * (model.reading_factor * calibration.sensor.response.bias - model.bias);
   if (shift.norm() > rounding * F * model.field_factor) {
-    loss.what.emplace_back("digits of the bias");
+    loss.what.emplace_back("the last digits of the bias");
   }
   if (calibration.sensor.temperature && model.has_bias_over_temperature) {
     if (calibration.sensor.temperature->scale.cwiseAbs().sum() > 0.0) {

@@ -39,8 +39,10 @@ struct ConsumerModel {
   /// Unit: the consumer's unit of the field per its unit of the readings.
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< in the consumer's unit of the readings
-  double reading_factor = 1.0;                     ///< consumer's readings / record's readings
-  double field_factor = 1.0;                       ///< consumer's field / record's field
+  /// Factor from the record's readings to the consumer's readings.
+  double reading_factor = 1.0;
+  /// Factor from the record's field to the consumer's field.
+  double field_factor = 1.0;
   bool has_temperature = false;
   /// True if the consumer corrects biases for temperature by a polynomial, but not scale factors.
   bool has_bias_over_temperature = false;
@@ -61,9 +63,9 @@ ConsumerModel nearest_model(const Calibration& calibration,
                             MatrixShape shape,
                             const ExportOptions& options);
 
-/// Gives the field the unit and magnitude of the readings, if the calibration is of a magnetometer
-/// in a field of magnitude 1 and unit "1".
-/// @return the changed calibration, or a copy of any other calibration.
+/// If a magnetometer was calibrated in a field of magnitude 1 and unit "1", replaces the unit and
+/// the magnitude of the field by those of the readings.
+/// @return the changed calibration; for any other calibration, an unchanged copy.
 Calibration with_measured_field(const Calibration& calibration);
 
 /// @return the error that the missing terms of the model cause; nullopt if no terms are missing.

@@ -45,7 +45,7 @@ constexpr std::array known_exports = {
                              "c-header",
                              "inverse ((v - bias(t)) / scale(t))"},
                 export_cpp_header},
-    KnownExport{ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
+    KnownExport{ExportFormat{"csv", "a table: every coefficient with u, U and unit",
                              "v = bias(t) + scale(t) S f"},
                 export_csv},
 #ifdef AXISCAL_PUGIXML

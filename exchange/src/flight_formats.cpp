@@ -68,8 +68,9 @@ bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
          over->bias.cols() <= thermal_order;
 }
 
-// Returns the coefficients of d, d^2, d^3 (columns) of the bias of each axis (rows), in the
-// consumer's unit of the readings.
+// Returns the temperature coefficients of the bias, with one row per axis. The columns belong to d,
+// d^2 and d^3, with d the temperature minus the reference temperature. The unit is the consumer's
+// unit of the readings per degC, degC^2 and degC^3.
 Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerModel& model) {
   Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
   const Eigen::MatrixXd& bias = calibration.sensor.temperature->bias;
@@ -80,8 +81,8 @@ Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerMode
 constexpr const char* thermal_remark =
     "temperatures are those of the sensor's own thermometer, in degrees Celsius";
 
-// Returns the thermal parameters of PX4. The offset is X1 d + X2 d^2 + X3 d^3 with d = t - TREF.
-// PX4 subtracts it before it applies OFF and SCALE.
+// Returns the thermal parameters of PX4. The offset is X1 d + X2 d^2 + X3 d^3 with d = t - TREF and
+// the temperature t. PX4 subtracts this offset from the reading before it applies OFF and SCALE.
 std::string px4_thermal_lines(const Calibration& calibration,
                               const ConsumerModel& model,
                               Sensor sensor,
@@ -108,8 +109,9 @@ std::string px4_thermal_lines(const Calibration& calibration,
   return text;
 }
 
-// Returns the thermal parameters of ArduPilot. The offset is P(t - 35) - P(CALTEMP - 35), with a
-// polynomial P of third order. Its coefficients are stored times 1e6.
+// Returns the thermal parameters of ArduPilot. The offset at the temperature t is
+// P(t - 35) - P(CALTEMP - 35), with a polynomial P of third order. The parameters are the
+// coefficients of P times 1e6.
 std::vector<Parameter> ardupilot_thermal_parameters(const Calibration& calibration,
                                                     const ConsumerModel& model,
                                                     Sensor sensor,
@@ -299,7 +301,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
                   "of its driver, not set by these lines)",
                   number_text(one_g)));
   } else {
-    // The Earth's field has a magnitude of 22 to 67 uT, which is several hundred counts.
+    // The Earth's field (22 to 67 uT) gives several hundred counts. A much smaller reading is
+    // probably in another unit than counts.
     const std::string& unit = calibration.sensor.instrument.unit;
     const double size = std::cbrt(std::abs(calibration.sensor.response.sensitivity.determinant())) *
                         calibration.sensor.field.magnitude;

@@ -36,7 +36,8 @@ std::string literal(double value, bool single) {
   return single ? text + "f" : text;
 }
 
-// Returns {{a, b, c}, {..}, {..}}; `write` formats each number.
+// Returns a matrix as an initialiser in C: {{a, b, c}, {..}, {..}}.
+// @param write  function that formats a number.
 template <typename Write>
 std::string braces(const Eigen::Ref<const Eigen::MatrixXd>& values, const Write& write) {
   std::string text = "{";

@@ -232,8 +232,9 @@ Eigen::Matrix3d json_product(const Source& source,
   return K * json_numbers<3>(source, json, second);
 }
 
-// Reads imucal's Ferraris calibration: v = K R f + b. For a gyroscope, v also contains the term
-// K_ga a of the specific force a.
+// Reads imucal's Ferraris calibration. The reading is v = K R f + b, with the scale matrix K, the
+// rotation R, the field f and the bias b. A gyroscope's reading also contains the term K_ga a, its
+// response to the specific force a.
 Imported import_imucal(const Source& source) {
   const Json json = json_or_discarded(source.text);
   if (!json.is_object() || !json.contains("K_a")) {

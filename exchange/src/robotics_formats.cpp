@@ -30,7 +30,8 @@ std::string yaml_matrix(const Eigen::Matrix3d& M, const std::string& indent) {
   return text;
 }
 
-// The factors of a matrix S = M C. M is lower triangular with a positive diagonal; C is a rotation.
+// The factors of a sensitivity matrix S = M C. M is lower triangular with a positive diagonal; C is
+// a rotation.
 struct ScaleMisalignment {
   Eigen::Matrix3d M;
   Eigen::Matrix3d C;
@@ -84,7 +85,7 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
       calibration, "# ",
       {formatted("{}, in {}; M is lower triangular, C a rotation",
                  is_gyroscope ? "v = M C w + A C a + bias" : "v = M C f + bias", unit),
-       is_gyroscope ? "a: specific force in m/s^2, in the frame of the rates"
+       is_gyroscope ? "a: specific force in m/s^2, in the frame of the gyroscope"
                     : "Kalibr assumes that C of the accelerometer is the identity: the IMU's frame "
                       "in Kalibr is this instrument's frame rotated by C",
        "axiscal adds bias and the C of an accelerometer; Kalibr itself does not write these "

@@ -108,7 +108,8 @@ Exported export_openhtf(const Calibration& calibration, const ExportOptions& /*o
               {"measured_value", number_or_null(one.value)},
               {"units", {one.unit, nullptr, one.unit}}};
     if (std::isfinite(one.expanded)) {
-      json["docstring"] = formatted("expanded uncertainty (95 %) {}", number_text(one.expanded, 3));
+      json["docstring"] =
+          formatted("expanded uncertainty U (95 %) {}", number_text(one.expanded, 3));
     }
     if (one.low || one.high) {
       json["validators"] = {one.low && one.high ? formatted("{} <= x <= {}", number_text(*one.low),
@@ -196,8 +197,8 @@ std::string escaped_for_xml(const std::string& text) {
 
 }  // namespace
 
-// Writes a label of 60 mm x 20 mm as SVG. Its QR code contains the serial number, a blank and the
-// digest.
+// Writes a label of 60 mm x 20 mm as SVG. Its QR code contains the serial number. If a digest is
+// given, " sha256:" and the digest follow.
 Exported export_label(const Calibration& calibration, const ExportOptions& options) {
   const std::string& serial = calibration.sensor.instrument.serial;
   if (serial.empty()) {

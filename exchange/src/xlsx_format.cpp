@@ -184,7 +184,7 @@ class Workbook {
     put_uncertainties(sheet);
   }
 
-  // Writes formulas that compute the inverse from the cells of the sensitivities by cofactors.
+  // Writes formulas that compute the inverse of the sensitivity matrix by cofactors.
   void put_inverse(Sheet& sheet) {
     const Eigen::Matrix3d S = sensor().response.sensitivity;
     const Eigen::Matrix3d inverse = S.inverse();
@@ -430,7 +430,7 @@ Exported export_xlsx(const Calibration& record, const ExportOptions&) {
       !gives_field(calibration)) {
     throw RefusedError(
         "xlsx: the formulas of the sheet support up to three axes; they do not support one-sided "
-        "axes, second fields (also) or biases that include the response to the field");
+        "axes, second fields ('also') or biases that include the response to the field");
   }
   const TemporaryFile temporary;
   Workbook(calibration, temporary.path()).write();

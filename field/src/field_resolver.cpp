@@ -43,8 +43,9 @@ FieldDescription FieldResolver::resolve() {
 
 void FieldResolver::check_given() const {
   if (given_.in_table && !(given_.in_table->norm() > 0.0 && given_.in_table->norm() < 1e150)) {
-    throw SetupError("the field's vector in the table must be shorter than 1e150 and not zero",
-                     {settings::field_table});
+    throw SetupError(
+        "the field's vector in the table's frame must be shorter than 1e150 and not zero",
+        {settings::field_table});
   }
   if (given_.magnitude && !(*given_.magnitude > 0.0 && std::isfinite(*given_.magnitude))) {
     throw SetupError("the field's magnitude must be a positive number",

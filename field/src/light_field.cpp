@@ -111,7 +111,7 @@ void LightField::members(JsonMembers& io) {
   std::string source = is_sun_ ? "sun" : "";
   io.value_if_any("source", source);
   if (!source.empty()) {
-    io.check("source", source == "sun" || source == "lamp", "must be sun or lamp");
+    io.check("source", source == "sun" || source == "lamp", "must be 'sun' or 'lamp'");
     is_sun_ = source == "sun";
   }
   io.flag_unless("refraction", refraction_, false);

@@ -21,7 +21,7 @@ TableField::TableField() {
 
 TableField::TableField(std::vector<FieldDescription> parts) {
   if (parts.empty()) {
-    throw DomainError("a field in the table must have at least one part");
+    throw DomainError("a field in the table's frame must have at least one part");
   }
   Layout layout;
   layout.level_can_be_set = std::any_of(
@@ -43,8 +43,8 @@ TableField TableField::tilted_by_block(std::vector<int> blocks) const {
 
 TableField TableField::with(std::vector<Eigen::Vector3d> vectors) const {
   if (vectors.size() != vector_count()) {
-    throw DomainError(
-        formatted("a field in the table needs {} vectors, not {}", vector_count(), vectors.size()));
+    throw DomainError(formatted("a field in the table's frame needs {} vectors, not {}",
+                                vector_count(), vectors.size()));
   }
   TableField field = without_vectors();
   field.vectors_ = std::move(vectors);

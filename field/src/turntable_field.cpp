@@ -34,8 +34,8 @@ void TurntableField::resolve(FieldResolver& of) const {
   FieldDescription& found = of.found();
   found.turning = true;
   of.set_given_magnitude(
-      ": the rate of the turntable is unknown; give the rate as the field's magnitude, or give the "
-      "rate of each reading in the columns 'rate' and 'axis', or 'fx', 'fy', 'fz'",
+      ": the rate of the turntable is unknown. Give the rate as the field's magnitude, or give it "
+      "for each reading, in the columns 'rate' and 'axis' or in the columns 'fx', 'fy', 'fz'",
       {});
   found.in_table = Eigen::Vector3d(0.0, 0.0, found.magnitude);
   found.start.sign_by = Eigen::Vector3d::UnitZ();

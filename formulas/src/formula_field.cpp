@@ -67,7 +67,7 @@ class FormulaField final : public ReferenceField {
     }
     if (io.has("frame", frame_ != "table")) {
       io.need("frame", frame_);
-      io.check("frame", frame_ == "table" || frame_ == "enu", "must be table or enu");
+      io.check("frame", frame_ == "table" || frame_ == "enu", "must be 'table' or 'enu'");
     }
   }
 

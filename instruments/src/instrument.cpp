@@ -12,7 +12,8 @@
 namespace axiscal {
 
 void check_serial(std::string_view serial) {
-  constexpr std::size_t longest = 200;  // in bytes; a file name, which has at most 255, contains it
+  // Limit in bytes. A file name, which has at most 255 bytes, contains the serial number.
+  constexpr std::size_t longest = 200;
   if (serial.size() > longest) {
     throw DomainError(formatted("the serial number has {} bytes, more than 200", serial.size()));
   }

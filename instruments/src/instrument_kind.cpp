@@ -34,8 +34,10 @@ const InstrumentKind& add_instrument_kind(const InstrumentKind& kind) {
   }
   if (kind.derived_names.size() > DerivedValues{}.values.size() ||
       (!kind.derived_names.empty() && kind.derive == nullptr)) {
-    throw DomainError(formatted(
-        "add_instrument_kind: '{}' needs derive(), and at most four derived_names", kind.name));
+    throw DomainError(
+        formatted("add_instrument_kind: '{}': derived_names requires derive() and may have at most "
+                  "four entries",
+                  kind.name));
   }
   return known_kinds().emplace_back(kind);
 }

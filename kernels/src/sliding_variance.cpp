@@ -42,7 +42,9 @@ struct RunningSums {
     }
   }
 
-  std::size_t ahead;  // distance to the samples to prefetch, those of the next block; 0 if none
+  // Distance, in samples, from the current sample to the one to prefetch, which is in the next
+  // block; 0 if there is no next block.
+  std::size_t ahead;
   const double* x[stretches] = {};
   double sum[stretches] = {};
   double squares[stretches] = {};

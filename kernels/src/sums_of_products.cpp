@@ -166,7 +166,8 @@ AXISCAL_KERNEL(AddProducts);
 
 void sums_of_products(std::span<const double* const> columns, std::size_t n, double* products) {
   std::fill_n(products, columns.size() * columns.size(), 0.0);
-  constexpr std::size_t block = 1024;  // number of rows; a few columns of this length fit the cache
+  // Number of rows in a block. A few columns of this length fit into the cache.
+  constexpr std::size_t block = 1024;
   for (std::size_t first = 0; first < n; first += block) {
     const std::size_t end = std::min(n, first + block);
     const std::size_t done =

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program `axiscal-read FORMAT MEMORY SECONDS` reads a file from standard input, and writes the
 // largest table in it to standard output. read_in_another_process() runs the program, because the
-// libraries that read these formats are not safe with damaged files. The program limits itself to
-// MEMORY further bytes of address space and SECONDS of processor time.
+// libraries that read these formats are not safe with damaged files. FORMAT is "hdf5" or "mat73".
+// The program limits itself to MEMORY additional bytes of address space and SECONDS of processor
+// time.
 #include <csignal>
 #include <cstdlib>
 #include <new>
@@ -32,7 +33,7 @@ void append_size(std::string& text, std::size_t size) {
 
 // @return '1' followed by the names and columns of the table, or '0' followed by the error.
 std::string answer_of(std::string_view format) {
-  // By this path the libraries can open standard input as a file with random access.
+  // Through this path, the libraries open standard input as a file with random access.
   const std::string path = "/proc/self/fd/0";
   SeriesTables::Table table;
   try {

@@ -122,8 +122,8 @@ double spread_of(const Eigen::MatrixX3d& ups) {
 
 // The quality of the rests that one threshold gives. The expected error of the coefficients is
 // scatter times spread. The spread is the result of spread_of(). With a gyroscope, the scatter is
-// the standard deviation of the attitude errors after the turns, which are more sensitive to motion
-// during a rest. Without one, it is the standard deviation of the calibrated magnitudes of gravity.
+// the standard deviation of the attitude errors after the turns, because motion during a rest
+// changes these errors most. Without one, it is that of the calibrated magnitudes of gravity.
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
@@ -149,12 +149,12 @@ RestQuality quality_of(const Segmentation& rests,
   return {.scatter = turns.residual_sd_rad, .spread = spread, .inverse = turns.inverse};
 }
 
-// Finds the threshold whose rests give the smallest expected error of the coefficients. Only
-// thresholds are tried whose number of rests is within 25 % of that of most_persistent().
+// Finds the threshold whose rests give the smallest expected error of the coefficients. A threshold
+// is tried only if its number of rests is within 25 % of that of most_persistent().
 //
 // @param notes    receives a note if fewer rests are used than most_persistent() would use.
 // @param inverse  receives the inverse of the gyroscope's sensitivity, fitted to the turns.
-// @return the position of the threshold in `sets`.
+// @return the index of the threshold in `sets`.
 std::size_t best_by_scatter(const RecordedLog& log,
                             const ImuOptions& options,
                             const std::vector<IntervalSet>& sets,
@@ -170,7 +170,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
       candidates.push_back(s);
     }
   }
-  constexpr std::size_t most = 6;  // few are enough: neighbouring thresholds give similar rests
+  constexpr std::size_t most = 6;  // thresholds to try; neighbouring thresholds give similar rests
   const std::size_t step = 1 + candidates.size() / most;
   RestTurns source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
@@ -232,9 +232,8 @@ class GyroscopeRefused : public RefusedError {
   using RefusedError::RefusedError;
 };
 
-// Finds the sections of a log in which the values of all given columns stay the same for at least
-// `fewest` rows.
-// @return pairs of the first row and one past the last row.
+// Finds the sections of a log, of at least `fewest` rows, in which no given column changes.
+// @return for each section, the number of its first row and one past the number of its last row.
 std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(const RecordedLog& log,
                                                               const std::vector<std::string>& names,
                                                               std::size_t fewest) {
@@ -293,8 +292,8 @@ class ImuCalibrator {
     if (!options_.gyroscope.empty() && result_.accelerometer_failed) {
       result_.failed.push_back(
           {.slot = "gyroscope",
-           .message = "the fit to its turns requires the accelerometer, but the calibration of the "
-                      "accelerometer was refused"});
+           .message = "the fit of the gyroscope requires the attitudes from the accelerometer, but "
+                      "the calibration of the accelerometer was refused"});
     } else if (!options_.gyroscope.empty()) {
       try {
         calibrate_gyroscope();
@@ -597,8 +596,9 @@ class ImuCalibrator {
   const RecordedLog& log_;
   const ImuOptions& options_;
   ImuCalibration result_;
-  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // inverse sensitivity, best_by_scatter()
-  Eigen::MatrixX3d accelerations_;                    // accelerometer's means at the rests
+  // Inverse of the gyroscope's sensitivity, from best_by_scatter().
+  std::optional<Eigen::Matrix3d> gyroscope_inverse_;
+  Eigen::MatrixX3d accelerations_;  // accelerometer's means at the rests
 };
 
 }  // namespace

@@ -62,7 +62,8 @@ double step_of(std::span<const double> samples) {
 // Finds the windows that are not at rest. These are windows whose variance is too large in at least
 // one column, and windows whose variance is 0 in all columns, because the sensor is then in a sleep
 // mode.
-// @param quietest  0 to 1: the variance of a column at rest is this quantile of its variances.
+// @param quietest  a probability, 0 to 1. The quantile of a column's variances at this probability
+//                  is taken as its variance at rest.
 // @return 1 for each window that is not at rest, 0 for the others.
 std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
                                const std::vector<Windows>& windows,
@@ -99,8 +100,8 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
   return loud;
 }
 
-// @return the longest sequence of windows at rest (`loud` is 0): the first one, and one past the
-//         last.
+// @return the longest sequence of windows at rest (`loud` is 0), as the index of its first window
+//         and one past the index of its last window.
 std::pair<std::size_t, std::size_t> longest_quiet(const std::vector<char>& loud) {
   std::pair<std::size_t, std::size_t> longest = {0, 0};
   std::size_t first = 0;

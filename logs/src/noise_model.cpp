@@ -403,8 +403,8 @@ class Profile {
 };
 
 // @param is_found  true if the fitted coefficient is positive.
-// @return how far the deviance at the ends of a 95 % interval is above its minimum. The numbers
-//         were found by simulations with 3e4 and 1e5 samples, in which at least 93 % of the
+// @return the rise of the deviance above its minimum that marks the ends of a 95 % interval. The
+//         values come from simulations with 3e4 and 1e5 samples, in which at least 93 % of the
 //         intervals contained the true value.
 double rise_of(NoiseKind kind, bool is_found) {
   switch (kind) {

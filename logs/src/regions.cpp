@@ -321,8 +321,8 @@ class RegionCalibrator {
       observations.readings[i].field_in_sensor = Eigen::Vector3d::Zero();
       if (parts[i].region->kind == Region::Kind::turn) {
         const auto row = static_cast<Eigen::Index>(i);
-        // The bias depends on the attitude. This replaces the bias in the attitude of the turn by
-        // the mean bias over all rests.
+        // The bias depends on the attitude. This replaces the bias in the turn's attitude by the
+        // mean of the biases over all rests.
         observations.response.row(row) -= (rest_like(parts[i]) - mean_rest_).transpose();
         observations.readings[i].field_in_sensor =
             rate_of(parts[i], observations.response.row(row).transpose() - mean_rest_);

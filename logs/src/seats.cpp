@@ -55,8 +55,8 @@ Eigen::Matrix3d rotation_positioner_from_table(const DesignPoint& point) {
 
 // @param face   rest face of a rest, if it is known.
 // @param first  label of this rest, if it is known.
-// @return `first`; if it is not known, a label with the rest face `face`; nullopt if neither is
-//         known.
+// @return `first` if it is known. Otherwise a label with the rest face `face`, or nullopt if this
+//         face is not known either.
 std::optional<DesignPoint> start_of(const std::optional<Face>& face,
                                     const std::optional<DesignPoint>& first) {
   if (first) {

@@ -574,7 +574,7 @@ std::string segmentation_csv(const Segmentation& segmentation,
 namespace {
 
 // @return a matrix of numbers, with a row for each rest and a column for each name in `columns`.
-// @param number  function that returns the number for a rest and a position in its mean.
+// @param number  function that returns the number for a rest and the index of a column.
 template <typename Number>
 Eigen::MatrixXd by_rests(const Segmentation& segmentation,
                          const std::vector<std::string>& columns,

@@ -92,7 +92,7 @@ struct StillSpan {
   std::size_t end = 0;
   double start_s = 0.0;
   double end_s = 0.0;
-  double motion = 0.0;  // sum of the joined variances
+  double motion = 0.0;  // sum of the joined variances of the samples
   double loudest = 0.0;
   std::vector<double> reference;  // first value of each column
   std::vector<double> last;       // last value of each column
@@ -265,7 +265,8 @@ class StaticDetector::Stream {
   }
 
   // Computes loudness_, which is the largest motion_ within +- trim samples, by the algorithm of
-  // van Herk: it is the maximum over the end of one section and the start of the next.
+  // van Herk. A window covers the end of one section and the start of the next, so its maximum is
+  // the larger of the maxima of these two.
   void widen(std::size_t n) {
     const std::size_t width = 2 * options_.trim + 1;
     const auto at = [&](std::size_t i) {  // motion_, or 0 beyond the ends
@@ -299,9 +300,10 @@ class StaticDetector::Stream {
       if (detectors_.contains(level)) {
         continue;
       }
-      // If the new level is below all others, no earlier sample was below its threshold, so it
-      // starts without an interval. If it is above all others, or the first level, all earlier
-      // samples except broken ones were below its threshold, as for everything_.
+      // If the new level is below all others, no earlier sample was below its threshold, so the new
+      // detector starts without an interval. If the level is above all others, or is the first one,
+      // all earlier samples except broken ones were below its threshold, so the detector starts as
+      // a copy of everything_.
       Detector detector;
       if (first || level > detectors_.rbegin()->first) {
         detector = everything_;

@@ -17,7 +17,8 @@
 namespace axiscal {
 namespace {
 
-constexpr double touching_m = 1e-9;  // a ball that passes a plane by less than this only touches it
+// Tolerance: a ball that extends beyond a plane by less than this counts as touching the plane.
+constexpr double touching_m = 1e-9;
 
 PositionerDescription description_of(const FaceNormals& normals, std::string id) {
   PositionerDescription description{.id = std::move(id)};

@@ -39,7 +39,8 @@ std::vector<AdjusterMove> level_table(const Eigen::Vector2d& slope,
   if (surface.thread_pitch_m && !(*surface.thread_pitch_m > 0.0)) {
     throw DomainError("the thread pitch must be positive");
   }
-  // Limits for a laboratory table. Numbers above them were probably given in millimetres.
+  // Limits of an adjuster's coordinates and of its thread pitch. Larger numbers were probably given
+  // in millimetres.
   constexpr double farthest_m = 10.0;
   constexpr double coarsest_m = 0.02;
   for (const Eigen::Vector2d& position : surface.adjusters_m) {

@@ -11,7 +11,16 @@
 
 from . import _axiscal
 from .arrays import Table
-from .calibrating import Experiment, Run, calibrate, calibrate_imu, calibrate_units, fit_magnitude, read_run
+from .calibrating import (
+    Experiment,
+    Run,
+    calibrate,
+    calibrate_imu,
+    calibrate_slots,
+    calibrate_units,
+    fit_magnitude,
+    read_run,
+)
 from .calibration import Calibration, load
 from .commands import (
     AllanDeviation,
@@ -89,6 +98,7 @@ __all__ = [
     "budget",
     "calibrate",
     "calibrate_imu",
+    "calibrate_slots",
     "calibrate_units",
     "characterize",
     "check",

@@ -1,38 +1,46 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From readings to calibrations."""
+"""Calibrates instruments from readings."""
 
 from __future__ import annotations
 
 import glob
 import os
-import warnings
-from typing import Any, Dict, List, Optional, Sequence, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
 from . import _axiscal
-from ._messages import log
-from ._options import arguments_of, csv_of, files, run
+from ._messages import log, warn
+from ._options import Files, arguments_of, files, positional, run
 from .arrays import (
+    Array,
     Floats,
     Table,
+    axes_of,
     column,
+    columns_of,
+    csv_of,
+    finite_column,
     finite_matrix,
     is_frame,
     matrix,
     read_table,
-    seconds_of,
-    table_of,
-    unit_of_columns,
+    stacked,
+    times_of,
     utc,
+    vector,
+    whole_column,
+    without_units,
 )
 from .calibration import Calibration, PathLike, _from_json, checked
-from .errors import CalibrationWarning, DomainError, RefusedError, SetupError
+from .errors import DomainError, RefusedError, SetupError
 from .setups import Field, Instrument
 
-__all__ = ["Experiment", "Run", "calibrate", "calibrate_imu", "calibrate_units", "fit_magnitude", "read_run"]
+__all__ = [
+    "Experiment", "Run", "calibrate", "calibrate_imu", "calibrate_slots", "calibrate_units", "fit_magnitude", "read_run",
+]  # fmt: skip
 
-# Options that describe the experiment. Calls with these alone need no files.
+# Options that describe the experiment. A call with only these options writes no temporary files.
 _OF_EXPERIMENT = frozenset(
     "instrument serial model axes unit convention field also field_unit field_magnitude field_magnitude_u "
     "field_table magnetic_model gravity_model source latitude longitude height date fence_azimuth slope "
@@ -41,12 +49,17 @@ _OF_EXPERIMENT = frozenset(
     "nominal_sensitivity robust squares polar_fit range one_sided".split()
 )
 
-# Columns of one number a reading that need no file.
+# Columns with one number per reading. They are passed without temporary files.
 _COLUMNS = ("run", "block", "mount", "level", "temperature", "time", "samples")
+
+# Further columns of a table that are keywords of calibrate() too.
+_KEYWORDS = (*_COLUMNS, "confirm", "fx", "fy", "fz")
 
 
 class Experiment(Dict[str, Any]):
-    """An experiment: what an experiment's JSON holds (docs, Files).
+    """An experiment: the members of an experiment's JSON file (docs, Files).
+
+    Instruments, fields, arrays and paths are accepted as members.
 
     Examples
     --------
@@ -57,6 +70,17 @@ class Experiment(Dict[str, Any]):
     def __init__(self, **members: Any) -> None:
         super().__init__({"format": "axiscal-experiment", "version": 1, **members})
 
+    def document(self) -> Dict[str, Any]:
+        """The experiment for a file in any folder: the paths that it names are absolute."""
+        result: Dict[str, Any] = dict(self)
+        for name in ("observations", "positioner", "limits"):
+            value = result.get(name)
+            if isinstance(value, (str, os.PathLike)):
+                result[name] = os.path.abspath(value)
+            elif isinstance(value, list):
+                result[name] = [os.path.abspath(one) if isinstance(one, (str, os.PathLike)) else one for one in value]
+        return result
+
 
 class Run:
     """Readings with the poses in which they were taken.
@@ -66,7 +90,7 @@ class Run:
     readings : ndarray, n x m
     axes : list of str, m
     columns : dict of ndarray, n
-        "rest", "fence" and others that the file has.
+        All other columns: "rest", "fence", "temperature", ...
     path : str or None
         The file of :func:`read_run`.
     """
@@ -74,23 +98,31 @@ class Run:
     def __init__(
         self, readings: Any, axes: Sequence[str], columns: Dict[str, Any], path: Optional[str] = None
     ) -> None:
-        self.readings: Floats = finite_matrix(readings)
+        self.readings: Floats = matrix(readings)
         self.axes = list(axes)
-        self.columns = dict(columns)
+        self.columns = {name: column(one, len(self.readings), name) for name, one in columns.items()}
         self.path = path
+        self._stated_axes: Optional[List[str]] = None
+        if len(self.axes) != self.readings.shape[1]:
+            raise DomainError(f"axes: {len(self.axes)} names for {self.readings.shape[1]} columns of readings")
 
     @property
-    def rest(self) -> Any:
+    def rest(self) -> Optional[Array]:
         """The face on the table in each reading; None without labels."""
         return self.columns.get("rest")
 
     @property
-    def fence(self) -> Any:
+    def fence(self) -> Optional[Array]:
         """The face at the fence in each reading; None without labels."""
         return self.columns.get("fence")
 
     def __len__(self) -> int:
         return len(self.readings)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Run) and self.axes == other.axes and self.table() == other.table()
+
+    __hash__ = None  # type: ignore[assignment]
 
     def table(self) -> Table:
         """All columns by their names."""
@@ -110,7 +142,11 @@ def read_run(path: PathLike, axes: Optional[Sequence[str]] = None) -> Run:
     path : path
         File with the columns rest, fence and one for each axis.
     axes : sequence of str, optional
-        Columns of the axes; x, y, z, or the other columns of numbers.
+        Columns of the axes; by default x, y, z, or the other columns of numbers.
+
+    Returns
+    -------
+    Run
 
     Raises
     ------
@@ -118,12 +154,16 @@ def read_run(path: PathLike, axes: Optional[Sequence[str]] = None) -> Run:
         If the file is missing or malformed; the message starts with the place.
     """
     name = os.fspath(path)
-    table = read_table(name)
+    axes = axes.split(",") if isinstance(axes, str) else axes
+    table = read_table(positional(name))
     for column_name in ("time", "date"):
         if column_name in table:
             table[column_name] = _as_times(table[column_name])
-    readings, names, columns = table_of(table, axes)
-    return Run(readings, names, columns, name)
+    names = axes_of(table, axes)
+    result = Run(stacked(table, names) if names else np.empty((len(next(iter(table.values()), [])), 0)), names,
+                 {one: values for one, values in table.items() if one not in names}, name)  # fmt: skip
+    result._stated_axes = None if axes is None else names
+    return result
 
 
 def _as_times(values: Any) -> Any:
@@ -139,7 +179,7 @@ def _as_times(values: Any) -> Any:
 def _tell(calibration: Calibration, force: bool) -> Calibration:
     checked(calibration, force)
     for code, message, runs in calibration.warnings:
-        warnings.warn(CalibrationWarning(message, code, runs), stacklevel=3)
+        warn(message, code, runs)
     for code, message in calibration.notes:
         log.info("%s: %s", code, message)
     return calibration
@@ -150,36 +190,136 @@ def _setup(instrument: Any, field: Any, options: Dict[str, Any]) -> Dict[str, An
     for name, value in (("instrument", instrument), ("field", field)):
         if isinstance(value, (Instrument, Field)):
             stated.update(value.options())
-        elif value is not None:
+        elif isinstance(value, (str, os.PathLike)):
             stated[name] = value
+        elif value is not None:
+            raise DomainError(f"{name}: expected {name.capitalize()} or str, not {value!r}")
     clash = sorted(set(stated) & {name for name, value in options.items() if value is not None})
     if clash:
-        raise SetupError(f"{clash[0]}: stated twice, as a keyword and by the instrument or field")
+        raise SetupError(f"{clash[0]}: given twice, as a keyword and by the instrument or field")
     return {**stated, **options}
+
+
+class _Input(NamedTuple):
+    """The readings of a call: as a file or a text for the command, or as arrays."""
+
+    path: str
+    text: str
+    options: Dict[str, Any]
+    readings: Optional[Floats] = None  # arrays, if the call needs no text
+    columns: Dict[str, Any] = {}
+
+    def arguments(self, at: Files) -> List[str]:
+        # The command looks ahead in a file, but not in a pipe.
+        path = at.text(self.text, name="readings.csv") if self.text else self.path
+        return [path, *arguments_of(self.options, at)]
+
+
+def _labels(values: Any) -> Any:
+    return [str(one) for one in values.tolist()]
+
+
+def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Files) -> _Input:
+    """What the command or the extension needs for readings of any form.
+
+    Parameters
+    ----------
+    given : dict
+        Columns that were given as keywords, such as rest and fence.
+    """
+    options = dict(options)
+    own_columns = isinstance(readings, (Experiment, str, bytes, os.PathLike))
+    if own_columns and given:
+        raise DomainError(f"{sorted(given)[0]}: a file or an experiment has its own columns; give the readings as an array")
+    if isinstance(readings, Experiment):
+        return _Input(str(at.of(readings)), "", options)
+    if own_columns:
+        return _Input(positional(readings), "", options)
+    axes = options.get("axes")
+    axes = axes.split(",") if isinstance(axes, str) else axes
+    # The field in each reading, from a field of the user's own.
+    table_field = options.get("field_table")
+    if table_field is not None and np.ndim(table_field) == 2:
+        field = finite_matrix(options.pop("field_table"), "field")
+        given = {**given, **{f"f{one}": field[:, k] for k, one in enumerate("xyz")}}
+    data: Optional[Floats] = None
+    columns: Dict[str, Any]
+    if isinstance(readings, Run) or is_frame(readings) or isinstance(readings, dict):
+        run_ = readings if isinstance(readings, Run) else None
+        columns = dict(run_.table() if run_ is not None else columns_of(readings))
+        names = axes or (run_._stated_axes if run_ is not None else None)
+        columns, unit = without_units(columns)
+        axes = names or (["x", "y", "z"] if {"x", "y", "z"} <= set(columns) else None)
+        if names is not None:
+            options["axes"] = list(names)
+        if unit is not None and options.setdefault("unit", unit) not in (unit, "1"):
+            raise DomainError(f"readings: the columns are in {unit}, the instrument in {options['unit']}; convert them")
+        if unit is not None:
+            options["unit"] = unit
+        if axes is not None and set(axes) <= set(columns):
+            data = finite_matrix(stacked(columns, axes))
+            columns = {name: one for name, one in columns.items() if name not in axes}
+    else:
+        data = finite_matrix(readings)
+        if data.shape[1] != 3 and axes is None:
+            raise DomainError(f"readings: expected an array of n x 3, not of n x {data.shape[1]}; "
+                              "for an instrument with other axes, give their names with axes=")  # fmt: skip
+        columns = {}
+        axes = axes or ["x", "y", "z"]
+        if len(axes) != data.shape[1]:
+            raise DomainError(f"readings: expected an array of n x {len(axes)}, not of n x {data.shape[1]}: "
+                              f"the axes are {', '.join(axes)}")  # fmt: skip
+    rows = len(data) if data is not None else len(next(iter(columns.values()), []))
+    columns = {name: times_of(column(one, rows, name)) for name, one in {**columns, **given}.items()}
+    is_native = (
+        data is not None
+        and {"rest", "fence"} <= set(columns) <= {*_COLUMNS, "rest", "fence"}
+        and set(options) <= _OF_EXPERIMENT
+        and not ("time" in columns and columns["time"].dtype.kind in "OUS")
+    )
+    if is_native:
+        return _Input("-", "", options, data, columns)
+    for name in columns:
+        if name in ("run", "block", "mount", "confirm") and columns[name].dtype.kind == "f" and name in given:
+            whole_column(columns[name], name)
+        elif name in ("time", "level", "samples", "fx", "fy", "fz") and columns[name].dtype.kind in "fM":
+            finite_column(columns[name], name)
+    if data is not None and axes is not None:
+        columns.update({axis: data[:, k] for k, axis in enumerate(axes)})
+    return _Input("-", csv_of(columns), options)
 
 
 def _native(readings: Floats, columns: Dict[str, Any], options: Dict[str, Any]) -> Calibration:
     of_run = _axiscal.RunColumns()
     for name, values in columns.items():
         if name in ("rest", "fence"):
-            setattr(of_run, name, values.tolist() if values.dtype.kind == "U" else [str(one) for one in values])
+            setattr(of_run, name, _labels(values))
         elif name in ("run", "block", "mount"):
-            setattr(of_run, name, values.astype(np.int32))
+            setattr(of_run, name, whole_column(values, name))
         else:
-            numbers = seconds_of(values) if values.dtype.kind == "M" else values.astype(np.float64)
-            setattr(of_run, name, numbers)
+            setattr(of_run, name, finite_column(values, name))
     return Calibration(_axiscal.calibrate(_axiscal.experiment(arguments_of(options)), readings, of_run))
 
 
-def _by_command(arguments: List[str], force: bool, data: str = "") -> Calibration:
-    with files() as at:
-        path = at.path()
-        more = ["--force"] if force else []
-        done = run(["calibrate", *arguments, *more, "-o", path], data, warns=False)
-        if not os.path.exists(path):
-            raise RefusedError(done.messages.strip() or "the calibration was refused")
-        with open(path, encoding="utf-8") as file:
-            return _from_json(file.read())
+def _record(path: str, at: Files) -> Calibration:
+    """The record in a file, without the folder of the files that the user did not name."""
+    with open(path, encoding="utf-8") as file:
+        return _from_json(file.read().replace(at.folder + os.sep, ""))
+
+
+def _by_command(arguments: List[str], force: bool, at: Files) -> Calibration:
+    path = at.path()
+    more = ["--force"] if force else []
+    try:
+        done = run(["calibrate", *arguments, *more, "-o", path], warns=False)
+    except SetupError as error:
+        if "{slot}" in str(error) or "{serial}" in str(error):
+            raise SetupError("the readings are of several instruments: calibrate_slots() calibrates the instruments "
+                             "of one cube, calibrate_units() the units of a file") from error  # fmt: skip
+        raise
+    if not os.path.exists(path):
+        raise RefusedError(done.messages.strip() or "the calibration was refused")
+    return _record(path, at)
 
 
 def calibrate(
@@ -196,9 +336,9 @@ def calibrate(
 
     Parameters
     ----------
-    readings : array_like n x m, DataFrame, Run, Experiment or path
-        Readings of m axes [unit of the instrument], one row a reading. A DataFrame has columns as
-        a file of readings has: rest, fence, and one for each axis.
+    readings : array_like n x m, DataFrame, dict of arrays, Run, Experiment or path
+        Readings of m axes [unit of the instrument], one row for each reading. A table has the
+        columns of a file of readings: rest, fence, and one for each axis.
     rest, fence : sequence of str, n
         The face on the table and the face at the fence in each reading: "+X", "-X", ... "-Z".
     instrument : Instrument or str
@@ -208,8 +348,9 @@ def calibrate(
     force : bool
         Return a refused calibration too.
     **options
-        run, block, mount, level, temperature, time, samples: one value a reading; and every option
-        of ``axiscal calibrate`` with underscores: method, latitude, resolution, robust, limits, ...
+        run, block, mount, level, temperature, time, samples, confirm, fx, fy, fz: one value for
+        each reading; and every option of ``axiscal calibrate`` with underscores: method, latitude,
+        resolution, robust, limits, ...
 
     Returns
     -------
@@ -218,14 +359,15 @@ def calibrate(
     Raises
     ------
     RefusedError
-        If the calibration is refused; RankDeficientError if the readings leave parameters open.
+        If the calibration is refused; RankDeficientError if the readings do not determine all
+        parameters.
     DomainError
-        If an array has the wrong shape or holds something else than finite numbers.
+        If an argument has the wrong shape or type; the message names the argument.
 
     Warns
     -----
     CalibrationWarning
-        For each finding that asks for attention. Notes go to the logger "axiscal".
+        For each finding that needs attention. Notes go to the logger "axiscal".
 
     Examples
     --------
@@ -242,72 +384,26 @@ def calibrate(
     array([ 1., -0., -0.])
     """
     options = _setup(instrument, field, options)
-    given = {name: options.pop(name) for name in _COLUMNS if options.get(name) is not None}
-    given.update({name: value for name, value in (("rest", rest), ("fence", fence)) if value is not None})
-
-    if isinstance(readings, Experiment):
-        import json
-
-        with files() as at:
-            path = at.path()
-            with open(path, "w", encoding="utf-8") as file:
-                json.dump(_with_absolute_paths(readings), file)
-            return _tell(_by_command([path, *arguments_of(options, at)], force), force)
-    if isinstance(readings, (str, os.PathLike)):
-        if given:
-            raise DomainError(f"{sorted(given)[0]}: a file has its own columns; give the readings as an array")
-        with files() as at:
-            return _tell(_by_command([os.fspath(readings), *arguments_of(options, at)], force), force)
-
-    columns: Dict[str, Any] = {}
-    if isinstance(readings, Run):
-        data, columns = readings.readings, dict(readings.columns)
-        options.setdefault("axes", readings.axes)
-    elif is_frame(readings) or isinstance(readings, dict):
-        axes = options.get("axes")
-        data, names, columns = table_of(readings, axes.split(",") if isinstance(axes, str) else axes)
-        options["axes"], unit = unit_of_columns(names)
-        if unit is not None and options.setdefault("unit", unit) not in (unit, "1"):
-            raise DomainError(f"readings: the columns are in {unit}, the instrument in {options['unit']}; convert them")
-        if unit is not None:
-            options["unit"] = unit
-    else:
-        data = finite_matrix(readings)
-        if data.shape[1] != 3 and options.get("axes") is None:
-            raise DomainError(f"readings: expected an array of n x 3, not of n x {data.shape[1]}; "
-                              "name the axes of another instrument by axes=")  # fmt: skip
-    columns = {name: column(value, len(data), name) for name, value in {**columns, **given}.items()}
-    is_labelled = "rest" in columns and "fence" in columns
-    has_texts = "time" in columns and columns["time"].dtype.kind in "OUS"
-    if is_labelled and not has_texts and set(columns) <= {*_COLUMNS, "rest", "fence"} and set(options) <= _OF_EXPERIMENT:
-        return _tell(_native(data, columns, options), force)
-    axes = options.get("axes") or ["x", "y", "z"]
-    axes = axes.split(",") if isinstance(axes, str) else axes
-    text = csv_of({**{name: _cells(value) for name, value in columns.items()},
-                   **{axis: data[:, k] for k, axis in enumerate(axes)}})  # fmt: skip
+    given = _given(rest, fence, options)
+    if not isinstance(readings, (Experiment, str, bytes, os.PathLike)):
+        # Arrays need no file. If they need one after all, _input() is called again with a folder.
+        made = _input(readings, given, options, Files(""))
+        if made.readings is not None:
+            return _tell(_native(made.readings, made.columns, made.options), force)
     with files() as at:
-        return _tell(_by_command(["-", *arguments_of(options, at)], force, text), force)
+        made = _input(readings, given, options, at)
+        return _tell(_by_command(made.arguments(at), force, at), force)
 
 
-def _with_absolute_paths(experiment: Experiment) -> Dict[str, Any]:
-    """The files that an experiment names, so that it may lie in another folder."""
-    result: Dict[str, Any] = dict(experiment)
-    for name in ("observations", "positioner", "limits"):
-        value = result.get(name)
-        if isinstance(value, (str, os.PathLike)):
-            result[name] = os.path.abspath(value)
-        elif isinstance(value, list):
-            result[name] = [os.path.abspath(one) if isinstance(one, (str, os.PathLike)) else one for one in value]
-    return result
-
-
-def _cells(value: Any) -> List[Any]:
-    array = np.asarray(value)
-    return [str(one) for one in array] if array.dtype.kind in "MOUS" else list(array)
+def _given(rest: Any, fence: Any, options: Dict[str, Any]) -> Dict[str, Any]:
+    """Takes the columns out of the keywords of a call."""
+    given = {name: options.pop(name) for name in _KEYWORDS if options.get(name) is not None}
+    given.update({name: value for name, value in (("rest", rest), ("fence", fence)) if value is not None})
+    return given
 
 
 def fit_magnitude(readings: Any, **options: Any) -> Calibration:
-    """Calibrates by the magnitude of the field alone: the instrument was turned by hand.
+    """Calibrates an instrument that was turned by hand, from the magnitude of the field.
 
     Parameters
     ----------
@@ -315,34 +411,82 @@ def fit_magnitude(readings: Any, **options: Any) -> Calibration:
         Readings in many directions [unit].
     **options
         As :func:`calibrate`, without ``method``.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    RefusedError
+        If the readings do not determine the parameters.
     """
+    if options.pop("method", "magnitude") != "magnitude":
+        raise DomainError("method: fit_magnitude() has the method 'magnitude'; use calibrate() for others")
     return calibrate(readings, method="magnitude", **options)
 
 
-def _records(arguments: List[str], name: str, force: bool) -> Dict[str, Calibration]:
+def _records(arguments: List[str], name: str, force: bool, at: Files) -> Dict[str, Calibration]:
+    output = os.path.join(at.folder, name)
+    arguments = [*arguments, "--force"] if force else arguments
+    messages = run(["calibrate", *arguments, "-o", output], warns=False).messages
+    found = {}
+    for path in sorted(glob.glob(os.path.join(at.folder, "record-*.json"))):
+        key = os.path.basename(path)[len("record-"): -len(".json")]
+        found[key] = _tell(_record(path, at), force)
+    if not found:
+        raise RefusedError(messages.strip() or "the calibration was refused")
+    return found
+
+
+def calibrate_slots(readings: Any, *, rest: Any = None, fence: Any = None, force: bool = False, **options: Any
+                    ) -> Dict[str, Calibration]:  # fmt: skip
+    """Calibrates the instruments of one cube together: an assembly with several slots.
+
+    Parameters
+    ----------
+    readings : DataFrame, dict of arrays, Run, Experiment or path
+        A table with the columns rest, fence, and one for each axis of each slot: "a.x", "a.y", ...
+    rest, fence : sequence of str, n
+        The faces, if the table lacks these columns.
+    force : bool
+        Return refused calibrations too.
+    **options
+        As :func:`calibrate`; and assembly, slot_instrument, ...
+
+    Returns
+    -------
+    dict of Calibration
+        By the names of the slots.
+
+    Raises
+    ------
+    RefusedError
+        If all calibrations are refused.
+    """
+    setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
     with files() as at:
-        output = os.path.join(at.folder, name)
-        arguments = [*arguments, "--force"] if force else arguments
-        messages = run(["calibrate", *arguments, "-o", output], warns=False).messages
-        found = {}
-        for path in sorted(glob.glob(os.path.join(at.folder, "record-*.json"))):
-            with open(path, encoding="utf-8") as file:
-                key = os.path.basename(path)[len("record-"): -len(".json")]
-                found[key] = _tell(_from_json(file.read(), path), force)
-        if not found:
-            raise RefusedError(messages.strip() or "the calibration was refused")
-        return found
+        made = _input(readings, _given(rest, fence, setup), setup, at)
+        if made.readings is not None:
+            made = made._replace(text=csv_of(_all_columns(made)))
+        return _records(made.arguments(at), "record-{slot}.json", force, at)
 
 
-def calibrate_imu(
-    log_file: Any, *, force: bool = False, **options: Any
-) -> Dict[str, Calibration]:
+def _all_columns(made: _Input) -> Dict[str, Any]:
+    axes = made.options.get("axes") or ["x", "y", "z"]
+    readings = made.readings if made.readings is not None else np.empty((0, 0))
+    return {**made.columns, **{axis: readings[:, k] for k, axis in enumerate(axes)}}
+
+
+def calibrate_imu(log_file: Any, *, force: bool = False, **options: Any) -> Dict[str, Calibration]:
     """Calibrates the sensors of an IMU from a raw log of rests and turns.
 
     Parameters
     ----------
-    log_file : path, DataFrame or dict of arrays
-        A log of any format; or columns time, ax, ay, az, gx, gy, gz, ...
+    log_file : path, list of paths, DataFrame, Series or dict of arrays
+        A log of any format, or several logs; or columns time, ax, ay, az, gx, gy, gz, ...
+    force : bool
+        Return refused calibrations too.
     **options
         Options of ``axiscal calibrate --imu``: cube, only, rate, latitude, ...
 
@@ -350,49 +494,71 @@ def calibrate_imu(
     -------
     dict of Calibration
         By the sensor: "accelerometer", "gyroscope", "magnetometer".
+
+    Raises
+    ------
+    RefusedError
+        If all calibrations are refused.
     """
+    several = isinstance(log_file, (list, tuple)) and all(isinstance(one, (str, os.PathLike)) for one in log_file)
     with files() as at:
-        path = log_path(log_file, at)
-        return _records(["--imu", path, *arguments_of(options, at)], "record-{slot}.json", force)
+        paths = [log_path(one, at) for one in (log_file if several else [log_file])]
+        return _records(["--imu", *paths, *arguments_of(options, at)], "record-{slot}.json", force, at)
 
 
-def calibrate_units(path: PathLike, *, force: bool = False, **options: Any) -> List[Calibration]:
-    """Calibrates each unit of a file with the column ``serial``.
+def calibrate_units(readings: Any, *, force: bool = False, **options: Any) -> List[Calibration]:
+    """Calibrates each unit of a table with the column ``serial``.
 
     Parameters
     ----------
-    path : path
+    readings : path, DataFrame, dict of arrays or Run
         Readings of many units, one after another.
+    force : bool
+        Return refused calibrations too.
     **options
         As :func:`calibrate`.
 
     Returns
     -------
     list of Calibration
-        One a unit, in the order of their serial numbers.
+        One for each unit, in the order of their serial numbers.
+
+    Raises
+    ------
+    RefusedError
+        If all calibrations are refused.
     """
     setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
     with files() as at:
-        arguments = [os.fspath(path), *arguments_of(setup, at)]
-        return list(_records(arguments, "record-{serial}.json", force).values())
+        made = _input(readings, _given(None, None, setup), setup, at)
+        return list(_records(made.arguments(at), "record-{serial}.json", force, at).values())
 
 
 def log_path(value: Any, at: Any) -> str:
-    """The path of a log; columns are written to a file that the readers take without text."""
-    if isinstance(value, (str, os.PathLike)):
-        return os.fspath(value)
-    if is_frame(value) or isinstance(value, dict):
-        names = [str(one) for one in (value.columns if is_frame(value) else value)]
-        arrays = [np.asarray(value[name]) for name in names]
+    """The path of a log. Columns are written to a file that the readers take without text."""
+    if isinstance(value, (str, bytes, os.PathLike)):
+        return positional(value)
+    table = getattr(value, "log_columns", None)
+    columns: Dict[str, Any]
+    if table is not None:
+        columns = table()
+    elif is_frame(value) or isinstance(value, dict):
+        columns = dict(columns_of(value))
+        index = getattr(value, "index", None)
+        if "time" not in columns and getattr(index, "name", None) == "time":
+            columns = {"time": np.asarray(index), **columns}
     else:
         data = matrix(value, "samples")
         names = ["x", "y", "z"] if data.shape[1] == 3 else [f"c{k + 1}" for k in range(data.shape[1])]
-        arrays = [data[:, k] for k in range(data.shape[1])]
-    table = np.empty(len(arrays[0]), dtype=[(name, np.float64) for name in names])
-    for name, one in zip(names, arrays):
+        columns = {name: data[:, k] for k, name in enumerate(names)}
+    if not columns or not len(next(iter(columns.values()))):
+        raise DomainError("the log is empty")
+    table_ = np.empty(len(next(iter(columns.values()))), dtype=[(name, np.float64) for name in columns])
+    for name, one in columns.items():
+        one = times_of(np.asarray(one))
         if one.dtype.kind == "M":
             one = (one - one[0]) / np.timedelta64(1, "s")
-        table[name] = column(one, len(table), name)
+        table_[name] = vector(one, f"column {name!r}")
     path: str = at.path(".npy")
-    np.save(path, table)
+    np.save(path, table_)
     return path

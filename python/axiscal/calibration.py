@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
 
 import numpy as np
 
 from . import _axiscal
-from ._options import arguments_of, files
-from .arrays import Floats, column, is_frame, matrix
-from .errors import RefusedError
+from ._options import arguments_of, files, plain, positional, write
+from .arrays import Array, Floats, columns_of, is_frame, matrix, stacked
+from .errors import DataError, DomainError, RefusedError
 from .quantity import Quantity
 
 __all__ = ["Calibration", "load"]
@@ -46,22 +46,27 @@ class Calibration:
 
     @property
     def bias(self) -> Floats:
+        """Bias of each axis, m [unit]."""
         return self._record.bias
 
     @property
     def sensitivity(self) -> Floats:
+        """Sensitivity of each axis along x, y, z, m x 3 [unit / field_unit]."""
         return self._record.sensitivity
 
     @property
     def covariance(self) -> Floats:
+        """Covariance of all parameters, in the order of :attr:`parameters`."""
         return self._record.covariance
 
     @property
     def unit(self) -> str:
+        """Unit of the readings."""
         return self._record.unit
 
     @property
     def field_unit(self) -> str:
+        """Unit of the field."""
         return self._record.field_unit
 
     @property
@@ -81,25 +86,28 @@ class Calibration:
 
     @property
     def created(self) -> "np.datetime64":
-        """When it was computed, UTC."""
+        """The time at which the calibration was computed, UTC."""
         return np.datetime64(self._record.created.rstrip("Z"))
 
     @property
     def measured(self) -> "Optional[np.datetime64]":
-        """When the last reading was taken, UTC; None if no one said."""
+        """The time of the last reading, UTC; None if it is not known."""
         text = self._record.measured
         return np.datetime64(text.rstrip("Z")) if text else None
 
     @property
     def status(self) -> str:
+        """"ok", "warning" or "refused"."""
         return self._record.status
 
     @property
     def warnings(self) -> List[Tuple[str, str, List[int]]]:
+        """Code, message and runs of each warning."""
         return self._record.warnings
 
     @property
     def notes(self) -> List[Tuple[str, str]]:
+        """Code and message of each note."""
         return self._record.notes
 
     @property
@@ -115,34 +123,77 @@ class Calibration:
         DomainError
             If there is no such parameter; the message suggests a name.
         """
+        if not isinstance(name, str):
+            raise DomainError(f"expected the name of a parameter, such as 'x.bias', not {name!r}")
         value, u, expanded, dof, unit = self._record.quantity(name)
         return Quantity(value, u, expanded, expanded / u if u > 0.0 else float("nan"), dof, unit)
 
-    def _readings(self, readings: Any) -> Floats:
-        if is_frame(readings):
-            names = [str(one) for one in readings.columns]
-            axes = self.axes if set(self.axes) <= set(names) else names
-            return matrix(readings[axes].to_numpy())
-        return matrix(readings, "reading" if np.ndim(readings) == 1 else "readings")
+    def __contains__(self, name: object) -> bool:
+        return name in self.parameters
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.parameters)
+
+    def _columns(self, readings: Any) -> Optional[Dict[str, Array]]:
+        """The columns of a table of readings; None for arrays."""
+        columns: Dict[str, Array]
+        if is_frame(readings) or isinstance(readings, dict):
+            columns = dict(columns_of(readings))
+        elif hasattr(readings, "log_columns") or hasattr(readings, "table"):
+            columns = dict(readings.log_columns() if hasattr(readings, "log_columns") else readings.table())
+        else:
+            return None
+        missing = [axis for axis in self.axes if axis not in columns]
+        if missing:
+            raise DomainError(
+                f"readings: the column {missing[0]!r} is missing; the axes of the calibration are {', '.join(self.axes)} "
+                f"[{self.unit}], and the columns are {', '.join(columns)}; rename the columns, or give an array"
+            )
+        return columns
+
+    def _data(self, readings: Any, temperature: Any) -> Tuple[Floats, Floats]:
+        """Readings, n x m, and temperatures: 0 x 1 (none), n x 1 or n x m."""
+        columns = self._columns(readings)
+        if columns is None:
+            data = matrix(readings, "reading" if np.ndim(readings) == 1 else "readings")
+        else:
+            data = stacked(columns, self.axes)
+            if temperature is None and self._record.has_temperature:
+                own = [f"{axis}_temperature" for axis in self.axes]
+                if set(own) <= set(columns):
+                    temperature = stacked(columns, own)
+                else:
+                    temperature = columns.get("temperature")
+        heat = np.empty((0, 1))
+        if temperature is not None:
+            heat = matrix(np.full(len(data), temperature) if np.ndim(temperature) == 0 else temperature, "temperature")
+        return data, heat
 
     def apply(self, readings: Any, temperature: Any = None, force: bool = False) -> Any:
         """Reduces readings to the field in the instrument's frame.
 
         Parameters
         ----------
-        readings : array_like, n x m, or DataFrame
-            Readings [unit], one row a sample. A DataFrame has a column for each axis.
-        temperature : array_like, n, optional
-            Output of the temperature sensor; the reference temperature if it is left out.
+        readings : array_like n x m, DataFrame, dict of arrays, Run or Series
+            Readings [unit], one row for each sample. A table has a column for each axis.
+        temperature : array_like, n or n x m, optional
+            Output of the temperature sensor, or of the sensor of each axis. The default is the
+            column "temperature" of a table, or the reference temperature.
         force : bool
             Apply a refused calibration too.
 
         Returns
         -------
         ndarray, n x 3, or DataFrame
-            The field's components [field_unit]. Of a DataFrame also the angles. NaN where the
-            readings hold NaN. One reading of m numbers gives 3. Of an instrument with fewer than three axes n x m, the component
-            along each axis.
+            The field's components [field_unit]; NaN for rows that contain NaN. A single reading of
+            m numbers gives 3 numbers. An instrument with fewer than three axes gives n x m, the
+            component along each axis. A DataFrame gives a DataFrame that also has the angles, and
+            the column "flag": "clamped" or "extrapolated" (outside the calibrated temperatures).
+
+        Raises
+        ------
+        DomainError
+            If a column is missing, or an argument has the wrong shape.
 
         Examples
         --------
@@ -150,55 +201,67 @@ class Calibration:
         >>> cal = axiscal.load("cal.json")                     # doctest: +SKIP
         >>> cal.apply(np.array([[0.870, 0.0, 2.360]]))         # doctest: +SKIP
         """
-        data = self._readings(readings)
-        heat = np.empty((0, 1))
-        if temperature is not None:
-            heat = column(temperature, len(data), "temperature").astype(np.float64).reshape(-1, 1)
+        data, heat = self._data(readings, temperature)
         result: Floats = self._record.apply(data, heat, force)
         if not is_frame(readings):
-            return result[0] if np.ndim(readings) == 1 else result
+            is_one = self._columns(readings) is None and np.ndim(readings) == 1
+            return result[0] if is_one else result
         import pandas
 
         names = ["field_x", "field_y", "field_z"] if result.shape[1] == 3 else [f"field_{one}" for one in self.axes]
         frame = pandas.DataFrame(result, index=readings.index, columns=names)
         if result.shape[1] == 3 and len(self.axes) >= 3:
-            for name, values in self._derived(data, None, force).items():
-                frame[name] = values
+            angles, values, flags = self._record.derived(data, heat, None, force)
+            for index, name in enumerate(angles):
+                frame[name] = values[:, index]
+            words = np.array(["", "clamped", "extrapolated", "clamped extrapolated"])
+            frame["flag"] = words[flags & 3]
         return frame
 
-    def _derived(self, data: Floats, up: Optional[Floats], force: bool) -> Dict[str, Floats]:
-        names, values = self._record.derived(data, up, force)
-        return {name: values[:, index] for index, name in enumerate(names)}
-
-    def angles(self, readings: Any, up: Any = None, force: bool = False) -> Dict[str, Floats]:
+    def angles(
+        self, readings: Any, up: Any = None, temperature: Any = None, force: bool = False
+    ) -> Dict[str, Floats]:
         """The angles of the instrument: pitch and roll, or heading.
 
         Parameters
         ----------
-        readings : array_like, n x m, or DataFrame
+        readings : array_like n x m, DataFrame, dict of arrays, Run or Series
             Readings [unit].
-        up : array_like, n x 3, optional
+        up : array_like, n x 3 or 3, optional
             Direction up in the instrument's frame, for headings of a tilted magnetometer.
+        temperature : array_like, n or n x m, optional
+            As for :meth:`apply`.
+        force : bool
+            Apply a refused calibration too.
 
         Returns
         -------
         dict of ndarray, n
             "pitch_deg", "roll_deg", ... [degrees].
+
+        Raises
+        ------
+        DomainError
+            If an argument has the wrong shape.
         """
-        return self._derived(self._readings(readings), None if up is None else matrix(up, "up"), force)
+        data, heat = self._data(readings, temperature)
+        if up is not None:
+            up = matrix([up] * len(data) if np.ndim(up) == 1 else up, "up")
+        names, values, _ = self._record.derived(data, heat, up, force)
+        return {name: values[:, index] for index, name in enumerate(names)}
 
     def summary(self, all: bool = False) -> str:
         """The summary that the command prints."""
         return self._record.summary(all)
 
     def to_dict(self) -> Dict[str, Any]:
-        """The record as its JSON has it."""
+        """The record as a dict, with the members of its JSON file."""
         result: Dict[str, Any] = json.loads(self._record.json())
         return result
 
     @staticmethod
     def from_dict(record: Dict[str, Any]) -> "Calibration":
-        """The calibration of a record, as :meth:`to_dict` gives it.
+        """The calibration from a dict that :meth:`to_dict` returned.
 
         Examples
         --------
@@ -211,7 +274,7 @@ class Calibration:
         >>> truth.unit, truth.field_unit
         ('V', 'g')
         """
-        return _from_json(json.dumps(record))
+        return _from_json(json.dumps(record, default=plain))
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame of all parameters: value, u, U, k, dof, unit."""
@@ -230,35 +293,34 @@ class Calibration:
         OutputError
             If the file cannot be written.
         """
-        self._record.write(os.fspath(path), force)
+        self._record.write(positional(path), force)
 
-    def report(self, path: PathLike, readings: Optional[PathLike] = None, **options: Any) -> None:
+    def report(self, path: PathLike, readings: Any = None, **options: Any) -> None:
         """Writes a report (.html) or a certificate (.pdf).
 
         Parameters
         ----------
         path : path
             File to write.
-        readings : path, optional
-            The readings' file, to show their values and times.
+        readings : path, Run or DataFrame, optional
+            The readings, to show their values and times.
         **options
             Options of ``axiscal report``: laboratory, history, noise, ...
 
         Notes
         -----
-        A report without further options is written by this module. Others need the program
+        This module writes a report without options. Options, readings and certificates need the program
         ``axiscal-report``.
         """
         if os.fspath(path).endswith((".html", ".htm")) and readings is None and not options:
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(self._record.report())
+            write(path, self._record.report().encode())
             return
         from .programs import run_program
 
         with files() as at:
             arguments = ["report", at.of(self)]
-            arguments += [] if readings is None else [os.fspath(readings)]
-            run_program([*arguments, *arguments_of(options, at), "-o", os.fspath(path)])
+            arguments += [] if readings is None else [positional(at.of(readings))]
+            run_program([*arguments, *arguments_of(options, at), "-o", positional(path)])
 
     def export(self, format: str, path: Optional[PathLike] = None, **options: Any) -> Union[str, bytes]:
         """The calibration for other software.
@@ -268,14 +330,14 @@ class Calibration:
         format : str
             px4, ardupilot, kalibr, c-header, ros, ...; see :func:`axiscal.export_formats`.
         path : path, optional
-            File to write too.
+            File to which the export is also written.
         **options
             Options of ``axiscal export``: lossy, name, numbers, ...
 
         Returns
         -------
         str or bytes
-            The content of the file; bytes if it is no text.
+            The content of the file; bytes if it is not text.
         """
         from .commands import export
 
@@ -316,10 +378,11 @@ def load(path: PathLike) -> Calibration:
     Raises
     ------
     DataError
-        If the file is missing or no record.
+        If the file is missing, or is not a record.
     """
-    name = os.fspath(path)
-    return Calibration(_axiscal.Record.read(name))
+    if path == "-":
+        raise DataError("-: give the path of a file")
+    return Calibration(_axiscal.Record.read(positional(path)))
 
 
 def checked(calibration: Calibration, force: bool) -> Calibration:

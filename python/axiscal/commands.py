@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything else that the command does with data. Options are keywords with underscores."""
+"""The other subcommands as functions. Options are keywords with underscores."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 import numpy as np
 
 from . import _axiscal
-from ._options import Output, arguments_of, csv_of, files, option_value, run, run_json
-from .arrays import Floats, Table, column, finite_matrix, matrix, table_of_csv, utc
-from .calibrating import Run, _setup, log_path
-from .calibration import Calibration, PathLike, _from_json
+from ._options import Output, arguments_of, files, option_value, positional, run, run_json, write
+from .arrays import Array, Floats, Table, csv_of, same, table_of_csv, utc, vector
+from .calibrating import Experiment, _all_columns, _given, _input, _setup, log_path
+from .calibration import Calibration, PathLike, _from_json, load
 from .errors import DomainError
 
 __all__ = [
@@ -28,7 +28,7 @@ class Series(NamedTuple):
     Attributes
     ----------
     name, instance : str, int
-        Message, topic or table, and the number of several of one name.
+        Name of the message, topic or table; instance counts series with the same name.
     kind : str
         accelerometer, gyroscope, magnetometer, temperature or other.
     unit : str
@@ -51,10 +51,29 @@ class Series(NamedTuple):
     format: str
 
     def __getitem__(self, key: Any) -> Any:
-        """A column by its name; else as a tuple."""
-        if isinstance(key, str):
-            return self.time if key == "time" else self.values[:, self.columns.index(key)]
-        return tuple.__getitem__(self, key)
+        """A column by its name, or an element of the tuple by its index."""
+        if not isinstance(key, str):
+            return tuple.__getitem__(self, key)
+        columns = self.log_columns()
+        if key not in columns:
+            raise DomainError(f"the series has no column {key!r}; its columns are {', '.join(columns)}")
+        return columns[key]
+
+    def log_columns(self) -> Dict[str, Array]:
+        """A dict of arrays: the times, if they are known, and the columns."""
+        columns: Dict[str, Array] = {} if np.isnan(self.time).all() else {"time": self.time}
+        columns.update({name: self.values[:, k] for k, name in enumerate(self.columns)})
+        return columns
+
+    def to_dict(self) -> Dict[str, Array]:
+        """A dict of arrays: the times, if they are known, and the columns."""
+        return self.log_columns()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Series) and all(same(one, two) for one, two in zip(self, other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
     @property
     def datetimes(self) -> Any:
@@ -72,12 +91,21 @@ class Series(NamedTuple):
 def read_log(path: PathLike) -> List[Series]:
     """Reads all series of a log of any format: tables, flight logs, bags, phones.
 
+    Parameters
+    ----------
+    path : path
+        The log.
+
+    Returns
+    -------
+    list of Series
+
     Raises
     ------
     DataError
-        If the file is missing, empty or of no known format.
+        If the file is missing or empty, or its format is unknown.
     """
-    return [Series(**one) for one in _axiscal.read_log(os.fspath(path))]
+    return [Series(**one) for one in _axiscal.read_log(positional(path))]
 
 
 def find_rests(log_file: Any, **options: Any) -> Table:
@@ -93,7 +121,7 @@ def find_rests(log_file: Any, **options: Any) -> Table:
     Returns
     -------
     Table
-        One row a rest: means, standard deviations, samples, times.
+        One row per rest: means, standard deviations, samples, times.
     """
     with files() as at:
         return table_of_csv(run(["segment", log_path(log_file, at), *arguments_of(options, at)]).text)
@@ -108,6 +136,12 @@ class AllanDeviation(NamedTuple):
     high: Floats
     terms: Floats
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, AllanDeviation) and all(same(one, two) for one, two in zip(self, other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
 
 def allan(y: Any, rate: float, all_taus: bool = False) -> AllanDeviation:
     """Overlapping Allan deviation of evenly spaced samples.
@@ -119,7 +153,7 @@ def allan(y: Any, rate: float, all_taus: bool = False) -> AllanDeviation:
     rate : float
         Samples a second [Hz].
     all_taus : bool
-        About ten averaging times a decade instead of octaves.
+        Use about ten averaging times per decade instead of octaves.
 
     Returns
     -------
@@ -133,10 +167,21 @@ def allan(y: Any, rate: float, all_taus: bool = False) -> AllanDeviation:
     >>> bool(abs(curve.deviation[0] - 1.0) < 0.05)
     True
     """
-    samples = np.asarray(y)
-    if samples.ndim != 1 or samples.dtype.kind not in "fiu":
-        raise DomainError(f"y: expected an array of n numbers, not of shape {samples.shape} and type {samples.dtype}")
-    return AllanDeviation(**_axiscal.allan(samples, float(rate), all_taus))
+    samples = vector(y, "y")
+    if len(samples) < 3 or not np.isfinite(samples).all():
+        raise DomainError(f"y: expected at least three finite numbers; got {len(samples)} values, "
+                          f"{int(np.isfinite(samples).sum())} of them finite")  # fmt: skip
+    return AllanDeviation(**_axiscal.allan(samples, _rate(rate), all_taus))
+
+
+def _rate(rate: Any) -> float:
+    try:
+        number = float(rate)
+    except (TypeError, ValueError) as error:
+        raise DomainError(f"rate: expected a number [Hz], not {rate!r}") from error
+    if not (np.isfinite(number) and number > 0.0):
+        raise DomainError(f"rate: expected a positive number [Hz], not {rate!r}")
+    return number
 
 
 def noise(log_file: Any, **options: Any) -> Dict[str, Any]:
@@ -168,7 +213,7 @@ def noise_model(y: Any, rate: float, **options: Any) -> Dict[str, Any]:
     -------
     dict
         "N" (white noise), "B" (bias instability), "K" (random walk), each with value, low, high
-        and unit; and "coefficients", all of them.
+        and unit. "coefficients" contains all coefficients.
 
     Examples
     --------
@@ -177,32 +222,26 @@ def noise_model(y: Any, rate: float, **options: Any) -> Dict[str, Any]:
     >>> bool(model["N"]["low"] < 0.1 < model["N"]["high"])
     True
     """
-    found = noise(matrix(y, "y"), rate=rate, columns="c1", **options)["columns"]["c1"]["coefficients"]
+    if "columns" in options:
+        raise DomainError("columns: noise_model() has one sensor; use noise() for a table")
+    samples = vector(y, "y").reshape(-1, 1)
+    found = noise(samples, rate=_rate(rate), columns="c1", **options)["columns"]["c1"]["coefficients"]
     letters = {"N": "white", "B": "bias_instability", "K": "random_walk"}
     return {**{letter: found[name] for letter, name in letters.items()}, "coefficients": found}
 
 
-def _readings_text(readings: Any, rest: Any, fence: Any, axes: List[str]) -> str:
-    if isinstance(readings, Run):
-        return csv_of(readings.table())
-    data = finite_matrix(readings)
-    columns: Dict[str, Any] = {}
-    for name, value in (("rest", rest), ("fence", fence)):
-        if value is not None:
-            columns[name] = [str(one) for one in column(value, len(data), name)]
-    return csv_of({**columns, **{axis: data[:, k] for k, axis in enumerate(axes)}})
-
-
-def check(calibration: Calibration, other: Any, *, rest: Any = None, fence: Any = None, **options: Any) -> Dict[str, Any]:
+def check(
+    calibration: Union[Calibration, PathLike], other: Any, *, rest: Any = None, fence: Any = None, **options: Any
+) -> Dict[str, Any]:
     """Tests whether an instrument has drifted since its calibration.
 
     Parameters
     ----------
-    calibration : Calibration
-    other : Calibration, Run, array_like n x m, or path
-        A later calibration, or fresh readings.
+    calibration : Calibration or path
+    other : Calibration, Run, DataFrame, dict of arrays, array_like n x m, or path
+        A later calibration, or new readings.
     rest, fence : sequence of str, n, optional
-        Poses of the readings; at rest in any pose without them.
+        Poses of the readings. Without them, the readings are at rest in any pose.
     **options
         Options of ``axiscal check``: alpha, limits, ...
 
@@ -212,25 +251,63 @@ def check(calibration: Calibration, other: Any, *, rest: Any = None, fence: Any 
         The JSON of ``axiscal check``: drifted, p_value, ...
     """
     if isinstance(other, (Calibration, str, os.PathLike)):
-        return dict(run_json("check", calibration, other, **options))  # type: ignore[arg-type]
-    text = _readings_text(other, rest, fence, calibration.axes)
-    return dict(run_json("check", calibration, "-", data=text, **options))  # type: ignore[arg-type]
+        return dict(run_json("check", _document(calibration), _document(other), **options))
+    cal = calibration if isinstance(calibration, Calibration) else load(calibration)
+    path, text = _new_readings(other, rest, fence, cal.axes, options)
+    return dict(run_json("check", cal, path, data=text, **options))
 
 
-def history(folder: PathLike, **options: Any) -> Any:
-    """Trends of the records in a folder, and when a limit will be met."""
-    return run_json("check", history=folder, **options)
+def _document(value: Any) -> Any:
+    return positional(value) if isinstance(value, (str, bytes, os.PathLike)) else value
 
 
-def characterize(references: Iterable[Tuple[Any, PathLike]], *, id: str, **options: Any) -> Dict[str, Any]:
+def _new_readings(
+    readings: Any, rest: Any, fence: Any, axes: Optional[List[str]], options: Dict[str, Any]
+) -> Tuple[str, str]:
+    """The path and the text of readings of any form, for a subcommand."""
+    with files() as at:
+        is_array = not hasattr(readings, "table") and not hasattr(readings, "columns") and not isinstance(readings, dict)
+        setup = {"axes": axes} if is_array and axes is not None else {}
+        made = _input(readings, _given(rest, fence, options), setup, at)
+        return made.path, made.text if made.readings is None else csv_of(_all_columns(made))
+
+
+def history(records: Union[PathLike, Iterable[Calibration]], **options: Any) -> Any:
+    """Trends of the records of an instrument, and when a limit will be met.
+
+    Parameters
+    ----------
+    records : path or iterable of Calibration
+        A folder of records, a store, or the records.
+    **options
+        Options of ``axiscal check --history``: limits, ...
+
+    Returns
+    -------
+    dict
+        The JSON of ``axiscal check --history``.
+    """
+    if isinstance(records, (str, os.PathLike)):
+        return run_json("check", history=positional(records), **options)
+    with files() as at:
+        folder = os.path.join(at.folder, "records")
+        os.mkdir(folder)
+        for number, one in enumerate(records):
+            one.save(os.path.join(folder, f"{number:06d}.json"), force=True)
+        return run_json("check", history=folder, **options)
+
+
+def characterize(references: Iterable[Tuple[Any, Any]], *, id: str, **options: Any) -> Dict[str, Any]:
     """Measures a cube with calibrated instruments.
 
     Parameters
     ----------
-    references : iterable of (Calibration or path, path)
-        Record of an instrument, and the file of its readings in the cube.
+    references : iterable of (Calibration or path, path, Run or DataFrame)
+        Record of an instrument, and its readings in the cube.
     id : str
         Name of the cube.
+    **options
+        Options of ``axiscal characterize``.
 
     Returns
     -------
@@ -240,19 +317,32 @@ def characterize(references: Iterable[Tuple[Any, PathLike]], *, id: str, **optio
     with files() as at:
         path = at.path()
         arguments = ["characterize", f"--id={id}", "-o", path, *arguments_of(options, at)]
-        for record, readings in references:
-            arguments += ["--reference", f"{option_value(at.of(record))}={os.fspath(readings)}"]
+        for pair in references:
+            if not isinstance(pair, (tuple, list)) or len(pair) != 2:
+                raise DomainError(f"references: expected pairs of a record and readings, not {pair!r}")
+            record, readings = pair
+            arguments += ["--reference", f"{option_value(at.of(record))}={option_value(at.of(readings))}"]
         run(arguments)
         with open(path, encoding="utf-8") as file:
             cube: Dict[str, Any] = json.load(file)
             return cube
 
 
-def plan(**options: Any) -> Dict[str, Any]:
+def _experiment(experiment: Any) -> List[Any]:
+    if experiment is None:
+        return []
+    if not isinstance(experiment, (Experiment, str, os.PathLike)):
+        raise DomainError(f"experiment: expected an Experiment or a path, not {experiment!r}")
+    return [_document(experiment)]
+
+
+def plan(experiment: Any = None, **options: Any) -> Dict[str, Any]:
     """A run sheet, and a forecast of the uncertainties.
 
     Parameters
     ----------
+    experiment : Experiment or path, optional
+        Instrument, field, cube and method.
     **options
         Options of ``axiscal plan``: design, replicates, seed, noise, sensitivity, ...
 
@@ -263,7 +353,9 @@ def plan(**options: Any) -> Dict[str, Any]:
     """
     with files() as at:
         path = at.path(".csv")
-        forecast: Dict[str, Any] = run(["plan", *arguments_of(options, at), "--json", "-o", path]).json()
+        names = [str(at.of(one)) for one in _experiment(experiment)]
+        arguments = ["plan", *names, *arguments_of(options, at), "--json", "-o", path]
+        forecast: Dict[str, Any] = run(arguments).json()
         with open(path, encoding="utf-8") as file:
             forecast["sheet"] = table_of_csv(file.read())
         return forecast
@@ -278,33 +370,81 @@ def simulate(truth: Calibration, **options: Any) -> Table:
         The true instrument and field.
     **options
         Options of ``axiscal simulate``: noise, slope, replicates, seed, world, ...
+
+    Returns
+    -------
+    Table
+        The readings, with the columns of a file of readings.
     """
     with files() as at:
         return table_of_csv(run(["simulate", *arguments_of({"truth": truth, **options}, at)]).text)
 
 
-def study(truth: Calibration, **options: Any) -> Dict[str, Any]:
-    """Simulates and calibrates many runs: bias, scatter, stated uncertainty, coverage."""
-    return dict(run_json("study", truth=truth, **options))
+def study(
+    truth: Any = None, experiment: Any = None, *, merge: Optional[Iterable[PathLike]] = None, **options: Any
+) -> Dict[str, Any]:
+    """Simulates and calibrates many runs.
+
+    Parameters
+    ----------
+    truth : Calibration or path
+        The true instrument and field.
+    experiment : Experiment or path, optional
+        How each run is calibrated.
+    merge : iterable of path, optional
+        Results of parts of a study, which are merged instead.
+    **options
+        Options of ``axiscal study``: trials, noise, world, ...
+
+    Returns
+    -------
+    dict
+        Bias, scatter, stated uncertainty and coverage of each parameter (JSON).
+    """
+    if merge is not None:
+        return dict(run(["study", "--merge", *[positional(one) for one in merge], "--json"]).json())
+    return dict(run_json("study", *_experiment(experiment), truth=truth, **options))
 
 
-def budget(calibration: Calibration, **options: Any) -> Dict[str, Any]:
-    """The uncertainties of a record by their sources, and of a reading in an attitude."""
-    return dict(run_json("budget", calibration, **options))  # type: ignore[arg-type]
+def budget(calibration: Union[Calibration, PathLike], **options: Any) -> Dict[str, Any]:
+    """The uncertainties of a record by their sources, and of a reading in an attitude.
+
+    Parameters
+    ----------
+    calibration : Calibration or path
+    **options
+        Options of ``axiscal budget``: pitch, roll, resolution, ...
+
+    Returns
+    -------
+    dict
+        The JSON of ``axiscal budget``.
+    """
+    return dict(run_json("budget", _document(calibration), **options))
 
 
-def level(source: Any, **options: Any) -> Dict[str, Any]:
+def level(source: Any, *, rest: Any = None, fence: Any = None, **options: Any) -> Dict[str, Any]:
     """The turns of the adjusters that level the table.
 
     Parameters
     ----------
-    source : Calibration or path
-        A record, or a file of 12 readings.
+    source : Calibration, path, Run, DataFrame, dict of arrays or array_like n x 3
+        A record, or 12 readings.
+    rest, fence : sequence of str, n, optional
+        Poses of the readings of an array.
     **options
-        Options of ``axiscal level``: adjusters, thread_pitch, instrument, ...
+        Options of ``axiscal level``: thread_pitch, instrument, ...; adjusters: positions [(x, y), ...] [m].
+
+    Returns
+    -------
+    dict
+        The JSON of ``axiscal level``.
     """
     setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
-    return dict(run_json("level", source, **setup))
+    if isinstance(source, (Calibration, str, os.PathLike)):
+        return dict(run_json("level", _document(source), **setup))
+    path, text = _new_readings(source, rest, fence, None, setup)
+    return dict(run_json("level", path, data=text, **setup))
 
 
 def site_field(**options: Any) -> Dict[str, Any]:
@@ -314,6 +454,11 @@ def site_field(**options: Any) -> Dict[str, Any]:
     ----------
     **options
         latitude, longitude, height, date, only, ...
+
+    Returns
+    -------
+    dict
+        The JSON of ``axiscal field``.
     """
     return dict(run_json("field", **options))
 
@@ -324,30 +469,32 @@ def export_formats() -> List[Dict[str, Any]]:
 
 
 def export(
-    calibrations: Union[Calibration, Iterable[Calibration]], format: str, path: Optional[PathLike] = None, **options: Any
+    calibrations: Any, format: str, path: Optional[PathLike] = None, **options: Any
 ) -> Union[str, bytes]:
     """Calibrations for other software.
 
     Parameters
     ----------
-    calibrations : Calibration or several
-        One sensor; for kalibr accelerometer and gyroscope; for px4, ardupilot and iio all sensors.
+    calibrations : Calibration, path, several of them, or the dict of :func:`calibrate_imu`
+        One sensor. kalibr needs accelerometer and gyroscope; px4, ardupilot and iio take all sensors of a vehicle.
     format : str
         One of :func:`export_formats`.
     path : path, optional
-        File to write too.
+        File to which the export is also written.
 
     Returns
     -------
     str or bytes
     """
-    many = [calibrations] if isinstance(calibrations, Calibration) else list(calibrations)
+    if isinstance(calibrations, dict):  # of calibrate_imu()
+        calibrations = list(calibrations.values())
+    single = isinstance(calibrations, (Calibration, str, os.PathLike))
+    many = [_document(one) for one in ([calibrations] if single else list(calibrations))]
     with files() as at:
         records = [option_value(at.of(one)) for one in many]
         done: Output = run(["export", *records, f"--format={format}", *arguments_of(options, at)])
     if path is not None:
-        with open(path, "wb") as file:
-            file.write(done.data)
+        write(path, done.data)
     try:
         return done.text
     except UnicodeDecodeError:
@@ -355,10 +502,36 @@ def export(
 
 
 def import_(path: PathLike, format: str, **options: Any) -> Calibration:
-    """A calibration of other software: px4, ardupilot, kalibr or imucal."""
-    return _from_json(run(["import", os.fspath(path), f"--format={format}", *arguments_of(options)]).text)
+    """A calibration of other software.
+
+    Parameters
+    ----------
+    path : path
+        The file of the other software.
+    format : str
+        px4, ardupilot, kalibr or imucal.
+    **options
+        Options of ``axiscal import``: kind, unit, ...
+
+    Returns
+    -------
+    Calibration
+        Coefficients without uncertainties.
+    """
+    return _from_json(run(["import", positional(path), f"--format={format}", *arguments_of(options)]).text)
 
 
-def report(calibration: Calibration, path: PathLike, readings: Optional[PathLike] = None, **options: Any) -> None:
-    """Writes a report (.html) or a certificate (.pdf); as :meth:`Calibration.report`."""
+def report(calibration: Calibration, path: PathLike, readings: Any = None, **options: Any) -> None:
+    """Writes a report (.html) or a certificate (.pdf); as :meth:`Calibration.report`.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    path : path
+        File to write.
+    readings : path, Run or DataFrame, optional
+        The readings, to show their values and times.
+    **options
+        Options of ``axiscal report``: laboratory, history, noise, ...
+    """
     calibration.report(path, readings, **options)

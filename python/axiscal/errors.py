@@ -35,7 +35,7 @@ class DomainError(Error, ValueError):
 
 
 class SetupError(DomainError):
-    """A set-up that contradicts itself or lacks what it needs."""
+    """A set-up that is incomplete or contradicts itself."""
 
 
 class DataError(Error, ValueError):
@@ -47,7 +47,7 @@ class OutputError(Error, OSError):
 
 
 class RefusedError(Error, ValueError):
-    """Readings from which no result follows."""
+    """The readings do not give a valid result."""
 
 
 class RankDeficientError(RefusedError):
@@ -56,21 +56,21 @@ class RankDeficientError(RefusedError):
     Attributes
     ----------
     undetermined : list of str
-        Names of the parameters that the readings leave open.
+        Names of the parameters that the readings do not determine.
     """
 
     undetermined: List[str] = []
 
 
 class CalibrationWarning(UserWarning):
-    """A finding of a calibration that asks for attention.
+    """A warning of a calibration.
 
     Attributes
     ----------
     code : str
-        The code of the warning, as records spell it.
+        The code of the warning, as in the record (docs/messages.md).
     runs : tuple of int
-        The readings concerned; may be empty.
+        Numbers of the readings concerned; may be empty.
     """
 
     def __init__(self, message: str, code: str = "other", runs: Sequence[int] = ()) -> None:

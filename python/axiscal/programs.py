@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of Axiscal, for what this module does not hold."""
+"""Runs the programs of Axiscal, for tasks that are not in this module."""
 
 from __future__ import annotations
 
@@ -8,18 +8,20 @@ import shutil
 import subprocess
 from typing import List
 
-from .errors import Error
+from .errors import DataError, Error, OutputError, RefusedError, SetupError
 
 __all__ = ["program_path", "run_program"]
 
 
 def program_path() -> str:
-    """The command ``axiscal``: of AXISCAL, of the build that this module is in, or of PATH.
+    """The path of the command ``axiscal``.
+
+    It is taken from the environment variable AXISCAL, from the build of this module, or from PATH.
 
     Raises
     ------
     Error
-        If there is none.
+        If the command is not found.
     """
     here = os.path.dirname(os.path.abspath(__file__))
     build = os.path.join(os.path.dirname(os.path.dirname(here)), "cli", "axiscal")
@@ -35,9 +37,12 @@ def run_program(arguments: List[str]) -> str:
     Raises
     ------
     Error
-        If it fails; with its message.
+        If it fails: of the class that its exit status stands for, with its message.
     """
     done = subprocess.run([program_path(), *arguments], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise Error(done.stderr.strip() or f"axiscal {arguments[0]}: exit status {done.returncode}")
+        # The exit statuses of docs/messages.md.
+        kinds = {1: RefusedError, 2: SetupError, 3: DataError, 4: OutputError}
+        message = done.stderr.strip().removeprefix("axiscal: ").split("\n\n")[0]
+        raise kinds.get(done.returncode, Error)(message or f"{arguments[0]}: exit status {done.returncode}")
     return done.stdout

@@ -68,7 +68,7 @@ class Quantity:
         Parameters
         ----------
         registry : pint.UnitRegistry, optional
-            Registry of the unit; a new one if it is left out.
+            Registry of the unit. The default is a new registry.
         """
         if registry is None:
             import pint

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instruments and fields: which options of ``calibrate`` they stand for."""
+"""Instruments and fields, and the options of ``axiscal calibrate`` that describe them."""
 
 from __future__ import annotations
 
 from typing import Any, Dict, Optional, Sequence
+
+from .errors import SetupError
 
 __all__ = [
     "Field",
@@ -54,6 +56,16 @@ class Instrument:
         """The options of ``axiscal calibrate`` for this instrument."""
         return {"instrument": self.kind, "unit": self.unit, **self.more}
 
+    def members(self) -> Dict[str, Any]:
+        """The members of an experiment's ``instrument`` (JSON)."""
+        options = self.options()
+        return {"kind": options.pop("instrument"), **options}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Instrument) and self.options() == other.options()
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
         return f"Instrument({self.kind!r}, {self.unit!r})"
 
@@ -72,7 +84,8 @@ class Field:
 
     Notes
     -----
-    A field of your own is a subclass that overrides :meth:`in_table`.
+    A field of your own is a subclass that overrides :meth:`in_table`. If its result is n x 3, it is
+    the field in the instrument's frame at each of n readings.
 
     Examples
     --------
@@ -102,7 +115,7 @@ class Field:
         self.vector = vector
         self.more = dict(options)
 
-    def in_table(self) -> Optional[Sequence[float]]:
+    def in_table(self) -> Any:
         """The field in the table's frame, 3 numbers [unit]; None if the kind computes it."""
         return self.vector
 
@@ -117,6 +130,21 @@ class Field:
             **self.more,
         }
         return {name: value for name, value in stated.items() if value is not None}
+
+    def members(self) -> Dict[str, Any]:
+        """The members of an experiment's ``field`` (JSON)."""
+        names = {"field": "kind", "field_unit": "unit", "field_magnitude": "magnitude",
+                 "field_magnitude_u": "magnitude_u", "field_table": "in_table"}  # fmt: skip
+        options = self.options()
+        others = sorted(set(options) - set(names))
+        if others:
+            raise SetupError(f"{others[0]}: give it as a member of the experiment, for example site={{...}}")
+        return {names[name]: value for name, value in options.items()}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Field) and str(self.options()) == str(other.options())
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"Field({self.kind!r})"

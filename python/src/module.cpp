@@ -56,11 +56,12 @@ namespace {
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Rows = Eigen::Ref<const RowMajor, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>;
 
-// Number of rows that are copied to columns at a time. The columns stay in the cache.
+// Number of rows that are copied to columns at a time. It is small enough that the columns stay in
+// the cache.
 constexpr Eigen::Index rows_at_once = 8192;
 
-// Calls work(first, count) for pieces of all rows. If there are many rows, several threads share
-// the pieces.
+// Divides the rows into pieces, and calls work(first, count) for each piece. If there are many
+// rows, several threads share the pieces.
 template <typename Work>
 void for_each_rows(Eigen::Index rows, const Work& work) {
   const Eigen::Index pieces = (rows + rows_at_once - 1) / rows_at_once;
@@ -81,8 +82,18 @@ void require_columns(const Rows& readings, std::size_t axes) {
   }
 }
 
+void require_temperatures(const Rows& readings, const Rows& temperatures) {
+  if (temperatures.rows() != 0 &&
+      (temperatures.rows() != readings.rows() ||
+       (temperatures.cols() != 1 && temperatures.cols() != readings.cols()))) {
+    throw DomainError(formatted("temperature: expected {} values, or {} x {}; got {} x {}",
+                                readings.rows(), readings.rows(), readings.cols(),
+                                temperatures.rows(), temperatures.cols()));
+  }
+}
+
 // Converts readings to the field.
-// @return n x 3; for instruments of one or two axes n x m, with m the number of axes.
+// @return n x 3 field components; for an instrument with m < 3 axes, n x m components.
 RowMajor apply(const Calibration& calibration,
                const Rows& readings,
                const Rows& temperatures,
@@ -90,10 +101,7 @@ RowMajor apply(const Calibration& calibration,
   const Reducer reducer(calibration, {}, force ? Force::yes : Force::no);
   require_columns(readings, reducer.axis_count());
   const Eigen::Index axes = readings.cols();
-  if (temperatures.rows() != 0 && temperatures.rows() != readings.rows()) {
-    throw DomainError(
-        formatted("temperature: expected {} values, not {}", readings.rows(), temperatures.rows()));
-  }
+  require_temperatures(readings, temperatures);
   RowMajor result(readings.rows(), reducer.gives_components() ? 3 : axes);
   for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
     const Eigen::MatrixXd piece = readings.middleRows(first, count);
@@ -107,9 +115,9 @@ RowMajor apply(const Calibration& calibration,
         result(first + i, k) =
             reducer
                 .reduce_axis(static_cast<std::size_t>(k), piece(i, k),
-                             temperature.rows() == 0
-                                 ? std::nullopt
-                                 : std::optional<SensorTemperature>(temperature(i, 0)))
+                             temperature.rows() == 0 ? std::nullopt
+                                                     : std::optional<SensorTemperature>(temperature(
+                                                           i, temperature.cols() == 1 ? 0 : k)))
                 .component;
       }
     }
@@ -117,20 +125,30 @@ RowMajor apply(const Calibration& calibration,
   return result;
 }
 
-// Returns the names of the values that the kind of instrument derives from the field (d names), and
-// the values of each reading (n x d).
+// Returns the names of the values that the kind of instrument derives from the field (d names), the
+// values of each reading (n x d), and the flags of each reading (n): 1: a value was clamped; 2: the
+// temperature is outside the calibrated range; 4: the reading does not determine the field.
+// @param temperatures  n x 1 or n x m; empty: the reference temperature.
+// @param up            n x 3.
 py::tuple derived(const Calibration& calibration,
                   const Rows& readings,
+                  const Rows& temperatures,
                   const std::optional<Rows>& up,
                   bool force) {
   const Reducer reducer(calibration, {}, force ? Force::yes : Force::no);
   const std::vector<std::string> names(reducer.kind().derived_names.begin(),
                                        reducer.kind().derived_names.end());
   require_columns(readings, reducer.axis_count());
+  require_temperatures(readings, temperatures);
   if (!reducer.gives_components()) {
     throw DomainError("angles: the instrument has fewer than three axes; use apply()");
   }
+  if (up && (up->rows() != readings.rows() || up->cols() != 3)) {
+    throw DomainError(formatted("up: expected an array of {} x 3, not of {} x {}", readings.rows(),
+                                up->rows(), up->cols()));
+  }
   RowMajor result(readings.rows(), static_cast<Eigen::Index>(names.size()));
+  std::vector<std::uint8_t> flags(static_cast<std::size_t>(readings.rows()), 0);
   {
     const py::gil_scoped_release release;
     for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
@@ -145,14 +163,25 @@ py::tuple derived(const Calibration& calibration,
         if (up) {
           context.up = Eigen::Vector3d(up->row(i).transpose());
         }
+        if (temperatures.rows() != 0) {
+          const Eigen::VectorXd own = temperatures.row(i).transpose();
+          context.temperature =
+              own.size() == 1 ? SensorTemperature(own(0))
+                              : SensorTemperature(std::vector<double>(own.begin(), own.end()));
+        }
         const ReducedReading reduced = reducer.reduce(reading, context);
         for (Eigen::Index k = 0; k < result.cols(); ++k) {
           result(i, k) = reduced.derived.values[static_cast<std::size_t>(k)];
         }
+        flags[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(
+            (reduced.derived.clamped ? 1U : 0U) | (reduced.extrapolated ? 2U : 0U) |
+            (reduced.determined ? 0U : 4U));
       }
     });
   }
-  return py::make_tuple(names, result);
+  return py::make_tuple(
+      names, result,
+      py::array_t<std::uint8_t>(static_cast<py::ssize_t>(flags.size()), flags.data()));
 }
 
 // Makes an experiment from options of `axiscal calibrate`.
@@ -399,6 +428,9 @@ void bind_record(py::module_& module) {
                              [](const Calibration& self) { return self.sensor.instrument.kind; })
       .def_property_readonly("serial",
                              [](const Calibration& self) { return self.sensor.instrument.serial; })
+      .def_property_readonly(
+          "has_temperature",
+          [](const Calibration& self) { return self.sensor.temperature.has_value(); })
       .def_property_readonly("axes",
                              [](const Calibration& self) { return self.sensor.instrument.axes; })
       .def_property_readonly("created",
@@ -425,8 +457,8 @@ void bind_record(py::module_& module) {
       });
 }
 
-// Raises an exception whose class has the same name as in C++. Options are named in the message as
-// in that of the command.
+// Raises an exception whose class has the same name as in C++. The message names options, as the
+// message of the command does.
 void raise(const py::object& type, const Error& error) {
   py::object exception = type(cli::with_options(error));
   if (const auto* const rank = dynamic_cast<const RankDeficientError*>(&error)) {

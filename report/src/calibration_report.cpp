@@ -133,9 +133,9 @@ std::string levelness_section(const Calibration& calibration,
       slope ? formatted("The table rises by {} mrad towards +x and {} mrad towards +y", x, y)
             : formatted(
                   "The field in the table's plane is {} along x and {} along y, in thousandths of "
-                  "its magnitude",
+                  "the field's magnitude",
                   x, y);
-  text += " (standard errors). ";
+  text += " (standard uncertainties). ";
   if (!std::isnan(level.p_value)) {
     text += level.consistent ? "The estimates from the faces agree."
                              : "The estimates from the faces do not agree: look for grit under a "

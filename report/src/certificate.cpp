@@ -175,7 +175,8 @@ std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
 }
 
 // Returns one row of a table for each limit. The columns are: value, U, unit, low limit, high
-// limit, verdict. For a decision rule with a guard band, the accepted range precedes the verdict.
+// limit, verdict. For a decision rule with a guard band, a further column before the verdict states
+// the accepted range.
 std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
                                                  const Verdict& verdict) {
   const auto all = expanded_uncertainties(calibration);
@@ -304,7 +305,8 @@ void write_results(const Calibration& calibration, PdfPages& pages) {
                     return formatted("{} (valid from {} to {})", number_text(span.reference, 6),
                                      number_text(span.low, 6), number_text(span.high, 6));
                   }),
-        over.has_own_sensors() ? "; each axis is corrected by its own sensor's temperature" : ""));
+        over.has_own_sensors() ? "; each axis is corrected with the temperature of its own sensor"
+                               : ""));
   }
 }
 
@@ -417,8 +419,8 @@ std::vector<std::string> missing_details(const Calibration& calibration,
 #ifdef AXISCAL_CAIRO
 namespace {
 
-// Returns the digital calibration certificate (DCC). Its content is empty if this record or this
-// build does not allow one.
+// Returns the digital calibration certificate (DCC). Its content is empty if the DCC cannot be made
+// from this record or by this build.
 PdfAttachment dcc_of(const Calibration& calibration, const CertificateDetails& details) {
   try {
     return {.name = "certificate-dcc.xml",

@@ -167,7 +167,7 @@ std::string coefficients_matrix(const Calibration& calibration) {
   }
   std::string caption =
       "reading = bias + Sx fx + Sy fy + Sz fz; f is the field in the instrument's frame";
-  caption += all.empty() ? "" : "; the number after \u00b1 is the expanded uncertainty (95 %)";
+  caption += all.empty() ? "" : "; the number after \u00b1 is the expanded uncertainty U (95 %)";
   caption += calibration.sensor.temperature
                  ? "; at temperature " + reference_temperatures(calibration)
                  : "";

@@ -135,7 +135,7 @@ std::string capability_section(const Fleet& fleet, const std::vector<Capability>
   std::string html =
       html_table("Coefficients of the last tests",
                  {"coefficient", "units", "mean", "sd", "sd within batches", "limits", "Cpk", "Ppk",
-                  "Ppk, lower 95 %", "2 u of a unit", "2 u with the batch", "outside 3 sd"},
+                  "Ppk (lower 95 % limit)", "2 u of a unit", "2 u with the batch", "outside 3 sd"},
                  rows);
   html += paragraph(
       "Cpk is the distance from the mean to the nearer limit, divided by three standard deviations "

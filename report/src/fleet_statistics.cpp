@@ -60,8 +60,8 @@ std::vector<double> values_of(const std::vector<const FleetTest*>& tests, std::s
 // Returns the standard deviation of values, estimated from the mean absolute difference of
 // neighbouring values. A slow drift therefore hardly changes it.
 double sd_of_moving_ranges(const std::vector<double>& values) {
-  // Ratio of the mean |difference| of two normally distributed values to the standard deviation of
-  // one.
+  // Mean |difference| of two values of a normal distribution, divided by the standard deviation of
+  // that distribution.
   constexpr double range_per_sd = 1.128379;
   double sum = 0.0;
   for (std::size_t i = 1; i < values.size(); ++i) {

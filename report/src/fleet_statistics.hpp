@@ -26,7 +26,7 @@ struct Share {
 
 /// The tests of a fleet, grouped by unit.
 struct FleetUnits {
-  /// For each unit, its tests in the order of their dates. The result of the last test is valid.
+  /// For each unit, its tests in the order of their dates. The last test decides the unit's result.
   std::vector<std::vector<const FleetTest*>> tests;
 
   [[nodiscard]] const FleetTest& last(std::size_t unit) const { return *tests[unit].back(); }
@@ -77,7 +77,7 @@ struct FleetOutlier {
 
 /// Finds the units outside the distributions of their batches. The probability of a false outlier
 /// among all units and parameters is about 1 % (Bonferroni). Batches of fewer than eight units are
-/// joined to one batch.
+/// joined to one batch. If that batch has fewer than eight units, its units are not tested.
 /// @return the outliers in the order of decreasing |z|.
 [[nodiscard]] std::vector<FleetOutlier> outliers_of(const Fleet& fleet, const FleetUnits& units);
 
@@ -96,8 +96,9 @@ struct Retest {
   const FleetTest* first = nullptr;
   const FleetTest* last = nullptr;
   RetestKind kind = RetestKind::passed_both;
-  double largest_z = 0.0;  ///< largest ratio |change of a coefficient| / standard uncertainty from
-                           ///< reading noise
+  /// Largest |change of a coefficient|, divided by the standard uncertainty of the change due to
+  /// reading noise.
+  double largest_z = 0.0;
 };
 
 /// Compares the first and the last test of each unit that was tested at least twice. The

@@ -45,8 +45,8 @@ std::set<int> suspects(const Calibration& calibration) {
   return runs;
 }
 
-// Selects the readings whose poses the page can draw. If there are too many readings, it selects
-// the first reading of each pose, and the readings that a warning names.
+// Selects the readings whose poses the page can draw: all readings with a pose if the run is short.
+// In a long run, selects the first reading of each pose and the readings that a warning names.
 std::vector<bool> readings_of_cube(const Calibration& calibration) {
   const std::vector<ReadingResidual>& all = calibration.fit.residuals;
   const bool few = all.size() <= rows_of_page;

@@ -115,8 +115,8 @@ std::optional<Plot> faces_plot(const Calibration& calibration) {
   const Levelness& level = *calibration.fit.levelness;
   Plot plot = plot_of_table(calibration, "levelness-plot", "The table's slope by face");
   plot.alternative =
-      "Estimates of the table's slope along x and y from each face, their mean and its 95 % "
-      "ellipse";
+      "Estimates of the table's slope along x and y from each face, the mean of these estimates, "
+      "and the 95 % ellipse of the mean";
   plot.series = faces_and_mean(level);
   for (const LevelnessEstimate& estimate : level.estimates) {
     plot.labels.push_back({.x = milli * estimate.x,
@@ -170,8 +170,8 @@ std::vector<HeatMap> maps_of(const Calibration& calibration) {
   }
   std::vector<HeatMap> maps;
   if (has_angles(calibration)) {
-    maps = {map_of("map-pitch", "Expanded uncertainty (95 %) of pitch over attitudes", "U [deg]"),
-            map_of("map-roll", "Expanded uncertainty (95 %) of roll over attitudes", "U [deg]")};
+    maps = {map_of("map-pitch", "Expanded uncertainty U (95 %) of pitch over attitudes", "U [deg]"),
+            map_of("map-roll", "Expanded uncertainty U (95 %) of roll over attitudes", "U [deg]")};
     for (double roll = -180.0; roll <= 180.0; roll += 15.0) {
       maps[0].x.push_back(roll);
     }
@@ -200,7 +200,7 @@ std::vector<HeatMap> maps_of(const Calibration& calibration) {
   const ReadingPropagation propagation(calibration, reducer, stated_noise(calibration));
   HeatMap map =
       map_of("map-direction",
-             "Expanded uncertainty (95 %) of the field's direction, over directions", "U [deg]");
+             "Expanded uncertainty U (95 %) of the field's direction, over directions", "U [deg]");
   map.x_label = "azimuth in the instrument's frame [deg]";
   map.y_label = "elevation [deg]";
   for (double azimuth = -180.0; azimuth <= 180.0; azimuth += 15.0) {
@@ -319,7 +319,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         plot.series.push_back(std::move(band));
       }
       plot.series.push_back(std::move(within));
-      // Adds a gap within the calibrated range to the line of the extrapolation.
+      // Interrupts the line of the extrapolation within the calibrated temperature range.
       const auto gap =
           std::find_if(below.x.begin(), below.x.end(), [&](double t) { return t > span.high; });
       const auto cut = gap - below.x.begin();

@@ -19,8 +19,8 @@ inline const std::string& axis_name(const Calibration& calibration, Eigen::Index
 /// residuals against leverage. A plot is left out if it would add no information for this run.
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations);
 
-/// Plot of the table's slope as a line from the origin, which is the slope of a level table. The
-/// result is nullopt if the record has no levelness.
+/// Plot of the table's slope as a line from the origin to the measured slope. The origin stands for
+/// a level table. The result is nullopt if the record has no levelness.
 std::optional<Plot> slope_plot(const Calibration& calibration);
 
 /// Plot of the table's slope, estimated from each face; nullopt for fewer than two faces.

@@ -28,7 +28,7 @@ namespace {
 
 // ---- Figure: measured against expected values ----
 
-// Returns the reading that the fit predicts; nullopt if the prediction needs more than the record.
+// Returns the reading that the fit predicts; nullopt if the record lacks data for the prediction.
 std::optional<Eigen::VectorXd> expected_at(const Calibration& calibration,
                                            const ReadingResidual& residual) {
   const FieldDescription& field = calibration.sensor.field;

@@ -92,8 +92,8 @@ const ReadingResidual* residual_of(const Calibration& calibration, int run) {
   return at == calibration.fit.residuals.end() ? nullptr : &*at;
 }
 
-// Returns the runs of the suspect readings. Each run has the design point at which it was probably
-// taken.
+// Returns the run number of each suspect reading and the design point at which the reading was
+// probably taken.
 std::vector<std::pair<int, DesignPoint>> probable_points(const Calibration& calibration) {
   const Correction& suggestion = *calibration.findings.suggestion;
   std::vector<std::pair<int, DesignPoint>> points = suggestion.points;
@@ -161,8 +161,8 @@ std::string as_it_probably_was(const Calibration& calibration) {
 }  // namespace
 
 std::string verdict_section(const Calibration& calibration) {
-  // The state determines the colour of the verdict. Missing statistics and limits that are not met
-  // change the state.
+  // The state determines the colour of the verdict. Missing statistics change `ok` to `warning`. A
+  // failed limit or confirmation reading changes the state to `refused`.
   std::string state(status_name(calibration.findings.status));
   if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";

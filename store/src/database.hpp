@@ -35,7 +35,7 @@ class SqlRow {
 };
 
 /// A connection to a database. Statements use only SQL that both SQLite and PostgreSQL accept. The
-/// placeholders $1, $2, .. stand for the values; in a statement, $1 first appears before $2.
+/// placeholders $1, $2, .. stand for the values. In each statement they first appear in this order.
 class Database {
  public:
   using Take = std::function<void(const SqlRow&)>;
@@ -48,7 +48,7 @@ class Database {
     /// Statement that prevents other processes from creating the schema during a transaction; may
     /// be empty.
     const char* lock_schema;
-    const char* has_table;  ///< query that gives a row if the table $1 exists
+    const char* has_table;  ///< query that returns a row if the table named by $1 exists
     /// Query that gives a row if the database has tables. A database with tables, but without the
     /// store's table, belongs to another program. In PostgreSQL a store may be among other tables,
     /// so the query never gives a row there.

@@ -35,7 +35,7 @@ std::vector<std::vector<std::string>> steps(const Database::Dialect& dialect) {
                  "json {} NOT NULL)",
                  dialect.bytes),
        "CREATE INDEX axiscal_by_unit ON axiscal_calibration (serial, date)"},
-      // With this index the yield of a million units is computed without reading their rows.
+      // With this index, a million units are counted by result without reading their rows.
       {"CREATE INDEX axiscal_by_result ON axiscal_calibration (kind, model, status, passed, "
        "reason)"}};
 }
@@ -72,7 +72,7 @@ void migrate_schema(Database& database) {
   if (*database.dialect().lock_schema != '\0') {
     database.execute(database.dialect().lock_schema);
   }
-  const int version = schema_of(database, "");  // another process may have updated the schema since
+  const int version = schema_of(database, "");  // read again: another process may have updated it
   const auto all = steps(database.dialect());
   for (auto step = static_cast<std::size_t>(version); step < all.size(); ++step) {
     for (const std::string& statement : all[step]) {

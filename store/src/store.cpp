@@ -149,8 +149,7 @@ Store::Store(const std::string& address, Access access)
   }
   if (version_ > 0 && version_ < newest_schema() && access != Access::migrate) {
     throw RefusedError(
-        formatted("{} has the old version {} of the schema; run axiscal store "
-                  "migrate --store {}",
+        formatted("{} has the old version {} of the schema; run `axiscal store migrate --store {}`",
                   address_, version_, address_));
   }
   if (version_ == 0) {
@@ -230,7 +229,7 @@ void Store::for_each(const StoreFilter& filter,
                              : "";
   sql += condition.sql + " ORDER BY k.serial, k.date, k.id";
   sql += with_coefficients ? ", c.place" : "";
-  std::optional<StoredCalibration> pending;  // its coefficients may be incomplete
+  std::optional<StoredCalibration> pending;  // current calibration; its coefficients may follow
   std::int64_t pending_id = -1;
   database_->execute(sql, condition.values, [&](const SqlRow& row) {
     constexpr int part_column = id_column + 1;

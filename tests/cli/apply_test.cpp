@@ -166,7 +166,7 @@ TEST_F(ApplyCommand, NeedsItsColumns) {
   const std::string input = folder_.write("in.csv", "x,y\n1,2\n");
   const ProgramResult result = run_axiscal({"apply", record_, input});
   EXPECT_EQ(result.status, 3);
-  EXPECT_THAT(result.err, testing::StartsWith(input + ":1: column 'z': is missing"));
+  EXPECT_THAT(result.err, testing::StartsWith(input + ":1: column 'z' is missing"));
 }
 
 TEST_F(ApplyCommand, FollowsAPipeLineByLine) {

@@ -408,7 +408,8 @@ TEST(CalibrateCommand, TakesAPartsRoleAndAValueForEachPart) {
   EXPECT_NEAR(json["coefficients"]["sensitivity"][1][1].get<double>(), 2.1, 1e-5);
   EXPECT_NEAR(json["coefficients"]["bias"][1].get<double>(), 0.2, 1e-5);
 
-  EXPECT_THAT(calibrate("light:here+light", "0.5+1").err, HasSubstr("must be local or induced"));
+  EXPECT_THAT(calibrate("light:here+light", "0.5+1").err,
+              HasSubstr("must be 'local' or 'induced'"));
   EXPECT_THAT(calibrate("light:local+light", "0.5+1+2").err, HasSubstr("has 3 values"));
   EXPECT_THAT(calibrate("gravity:induced+light", "1+1").err, HasSubstr("its role must be 'local'"));
   EXPECT_EQ(calibrate("light:here+light", "0.5+1").status, 2);

@@ -322,7 +322,7 @@ TEST_F(LogCommands, ColumnsThatAreNoneAreRefused) {
     const ProgramResult result = run_axiscal(
         {"segment", log_path_, "--columns", "ax,ay,az", "--recognise", option, "gx,gy,none"});
     EXPECT_EQ(result.status, 3);
-    EXPECT_THAT(result.err, HasSubstr("column 'none': is missing"));
+    EXPECT_THAT(result.err, HasSubstr("column 'none' is missing"));
   }
 }
 

@@ -124,7 +124,7 @@ TEST_F(StoreTest, NothingIsStoredTwice) {
   ASSERT_EQ(calibrate("A", "2024-03-01", {"-o", folder_.path("a.json")}).status, 0);
   const ProgramResult again = store({"add", folder_.path("a.json")});
   EXPECT_EQ(again.status, 0);
-  EXPECT_THAT(again.err, HasSubstr("0 records added, 1 were already stored"));
+  EXPECT_THAT(again.err, HasSubstr("records added: 0; already stored: 1"));
   // A second calibration of the same readings with the same settings is not stored again.
   ASSERT_EQ(calibrate("A", "2024-03-01").status, 0);
   EXPECT_EQ(count(), 1U);
@@ -153,7 +153,7 @@ TEST_F(StoreTest, StreamsAndSeveralWritersAtOnce) {
   EXPECT_EQ(csv_cells(store({"list", "--batch", "b3"}).out).size(), 11U);
   const ProgramResult verified = store({"verify"});
   EXPECT_EQ(verified.status, 0) << verified.out;
-  EXPECT_THAT(verified.out, HasSubstr("40 calibrations, 0 defects"));
+  EXPECT_THAT(verified.out, HasSubstr("calibrations: 40; defects: 0"));
   // A store that is filled from the exported lines lists as many calibrations.
   ASSERT_EQ(store({"export", "-o", folder_.path("all.jsonl.zst")}).status, 0);
   const std::string list = store({"list"}).out;
@@ -168,7 +168,7 @@ TEST_F(StoreTest, AUnitThatAppearsTwiceIsAnError) {
   const std::string units_path = folder_.write("units.csv", text + text.substr(first_row));
   const ProgramResult result = stream(units_path, {});
   EXPECT_EQ(result.status, 1);
-  EXPECT_THAT(result.err, HasSubstr("yield: 3 of 6 units"));
+  EXPECT_THAT(result.err, HasSubstr("yield: 3 of 6"));
   const std::string list = store({"list", "--status", "error"}).out;
   EXPECT_THAT(list, HasSubstr("the serial number 'u0' occurs again"));
   EXPECT_EQ(csv_cells(store({"list", "--status", "ok"}).out).size(), 4U);
@@ -215,7 +215,7 @@ TEST_F(StoreTest, SchemasOfOtherVersions) {
   change(store_, "DROP INDEX axiscal_by_result; UPDATE axiscal_store SET version = 1");
   const ProgramResult older = store({"list"});
   EXPECT_EQ(older.status, 1);
-  EXPECT_THAT(older.err, HasSubstr("run axiscal store migrate"));
+  EXPECT_THAT(older.err, HasSubstr("run `axiscal store migrate"));
   EXPECT_THAT(store({"migrate"}).err, HasSubstr("the schema was updated from version 1 to 2"));
   EXPECT_THAT(store({"migrate"}).err, HasSubstr("the store already has version 2 of the schema"));
   EXPECT_EQ(count(), 1U);

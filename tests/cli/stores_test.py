@@ -137,7 +137,7 @@ def written(axiscal, folder, store, server):
         _, messages = writer.communicate()
         assert writer.returncode == 0, messages
     status, output, _ = ask('verify')
-    assert status == 0 and f'{UNITS} calibrations, 0 defects' in output, output
+    assert status == 0 and f'calibrations: {UNITS}; defects: 0' in output, output
     status, output, _ = ask('show', '--serial', 'S0007')
     assert status == 0 and '"serial":"S0007"' in output, output
     rows = list(csv.DictReader(io.StringIO(ask('list')[1])))

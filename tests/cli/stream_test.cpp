@@ -57,7 +57,7 @@ TEST_F(StreamTest, LinesAreThoseOfEachUnit) {
   const std::string output = folder_.path("r.jsonl");
   const ProgramResult result = run({"-o", output, "--table", folder_.path("t.csv")}, path_);
   EXPECT_EQ(result.status, 1);  // because of unit 3
-  EXPECT_THAT(result.err, HasSubstr("yield: 24 of 25 units"));
+  EXPECT_THAT(result.err, HasSubstr("yield: 24 of 25"));
   std::istringstream lines(read_file(output));
   std::string line;
   int unit = 0;

@@ -242,7 +242,7 @@ TEST_F(TrustCommands, LimitsGiveAVerdictForEachUnitAndABatch) {
   EXPECT_EQ(units.status, 1);
   EXPECT_THAT(units.out, HasSubstr("A1: pass"));
   EXPECT_THAT(units.out, HasSubstr("A2: fail: x.bias"));
-  EXPECT_THAT(units.out, HasSubstr("yield: 1 of 2 units (50.0 %)"));
+  EXPECT_THAT(units.out, HasSubstr("yield: 1 of 2 (50.0 %)"));
   EXPECT_THAT(read_file(table), HasSubstr("A2,fail,"));
   EXPECT_FALSE(json::parse(read_file(folder_.path("unit-A2.json")))["verdict"]["passed"]);
   EXPECT_EQ(calibrate(run, {"--limits", folder_.path("none.json")}).status, 3);
@@ -270,7 +270,7 @@ TEST_F(TrustCommands, ATableOfOneUnitAndOneVerdict) {
   };
   const ProgramResult table = calibrated({"--table", folder_.path("t.csv"), "--serial", "QA-1"});
   EXPECT_EQ(table.status, 0) << table.err;
-  EXPECT_THAT(table.out, testing::HasSubstr("yield: 1 of 1 units (100.0 %)"));
+  EXPECT_THAT(table.out, testing::HasSubstr("yield: 1 of 1 (100.0 %)"));
   EXPECT_EQ(csv_cells(read_file(folder_.path("t.csv")))[1][0], "QA-1");
   ASSERT_EQ(calibrated({"-o", folder_.path("one.json")}).status, 0);
   const ProgramResult check =
@@ -292,7 +292,7 @@ TEST_F(TrustCommands, SuggestionsAreMadeAndFollowedOnlyOnRequest) {
   const std::string stored = folder_.path("cal.json");
   const ProgramResult refused = calibrate(run, {"-o", stored});
   EXPECT_EQ(refused.status, 1);
-  EXPECT_THAT(refused.err, HasSubstr("warning: run 7: fits"));
+  EXPECT_THAT(refused.err, HasSubstr("warning: run 7 fits"));
   EXPECT_THAT(refused.err, HasSubstr("upside down"));
   EXPECT_EQ(folder_.file_count(), 3U);
   const ProgramResult accepted = calibrate(run, {"-o", stored, "--accept-suggestion"});

@@ -200,7 +200,7 @@ TEST_F(WrongInSilence, RawSamplesOfSixFacesAreSixReadings) {
   const ProgramResult cross =
       calibrate(files, {"--axes", "ax,ay,az", "--method", "magnitude", "-o", cal_});
   EXPECT_EQ(cross.status, 1);
-  EXPECT_THAT(cross.err, HasSubstr("magnitude needs"));
+  EXPECT_THAT(cross.err, HasSubstr("method 'magnitude' needs"));
 }
 
 TEST_F(WrongInSilence, AFileNamedAfterAnotherFaceIsRefused) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "axiscal/core/error.hpp"
 #include "matchers.hpp"
@@ -17,6 +18,53 @@ TEST(JsonText, QuotesWhatNeedsIt) {
   EXPECT_EQ(json_text(json),
             "{\n  \"a \\\"b\\\"\": \"tab\\t, \xC2\xB0, \x7F, \\\\\",\n"
             "  \"plain\": -12,\n  \"large\": 18446744073709551615\n}\n");
+}
+
+// The pieces that `take` receives are the text that finish() returns without `take`.
+TEST(JsonWriter, PassesItsTextOnInPieces) {
+  const auto write = [](JsonWriter& writer) {
+    writer.begin_object();
+    for (int i = 0; i < 3000; ++i) {
+      writer.key("member " + std::to_string(i));
+      writer.numbers(Eigen::Vector3d(0.1, i, std::nan("")));
+    }
+    writer.key("empty");
+    writer.begin_list();
+    writer.end_list();
+    writer.end_object();
+    return writer.finish();
+  };
+  for (const JsonLayout layout : {JsonLayout::lines, JsonLayout::one_line}) {
+    JsonWriter whole(layout);
+    const std::string text = write(whole);
+    EXPECT_EQ(Json::parse(text).size(), 3001U);
+    std::string pieces;
+    int count = 0;
+    JsonWriter passing(layout, [&](std::string_view piece) {
+      pieces += piece;
+      ++count;
+    });
+    EXPECT_EQ(write(passing), "");
+    EXPECT_EQ(pieces, text);
+    EXPECT_GT(count, 1);
+  }
+}
+
+TEST(JsonWriter, WritesEveryKindOfValue) {
+  JsonWriter writer(JsonLayout::one_line);
+  writer.begin_list();
+  writer.number(0.1);
+  writer.number(std::numeric_limits<double>::infinity());
+  writer.integer(-3);
+  writer.flag(true);
+  writer.text("a \"b\"");
+  writer.integers({1, 2});
+  writer.texts({"x", "y"});
+  writer.matrix(Eigen::Matrix2d::Identity());
+  writer.value(Json{{"k", {1, Json::object()}}, {"n", nullptr}});
+  writer.end_list();
+  EXPECT_EQ(writer.finish(),
+            R"([0.1,null,-3,true,"a \"b\"",[1,2],["x","y"],[[1,0],[0,1]],{"k":[1,{}],"n":null}])");
 }
 
 TEST(JsonColumns, ComeBackAsRows) {

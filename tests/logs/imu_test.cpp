@@ -237,7 +237,7 @@ TEST(CalibrateImu, SaysWhatIsWrong) {
   options.gyroscope[0] = "wx";
   EXPECT_THAT(
       test::complaint_of<DataError>([&] { static_cast<void>(calibrate_imu(log, options)); }),
-      HasSubstr("column 'wx': is missing; the columns are: t, ax"));
+      HasSubstr("column 'wx' is missing. The columns are: t, ax"));
   options = all_three();
   const RecordedLog one =
       simulate_imu_log(some_imu(), std::vector<Eigen::Matrix3d>(14, Eigen::Matrix3d::Identity()));

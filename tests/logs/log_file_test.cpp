@@ -96,7 +96,7 @@ TEST_F(LogFiles, RenameScaleAndTurnColumnsRound) {
   EXPECT_THAT(columns_, ElementsAre("x", "y"));
   EXPECT_THAT(all[1], ElementsAre(-19.62, -39.24));
   EXPECT_THAT(test::complaint_of<DataError>([&] { read("a,b\n1,2\n", read_log_format(map)); }),
-              HasSubstr("column 'acc_1': is missing; the columns are: a, b"));
+              HasSubstr("column 'acc_1' is missing. The columns are: a, b"));
   EXPECT_THAT(
       test::complaint_of<DataError>([&] {
         static_cast<void>(read_log_format(folder_.write(

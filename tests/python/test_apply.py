@@ -4,16 +4,21 @@
 import csv
 import io
 import resource
+from pathlib import Path
+from typing import Any, Callable
 
 import numpy as np
 import pytest
 
 import axiscal as ax
+from conftest import Command
 
 pandas = pytest.importorskip("pandas")
 
+Change = Callable[[Any], Any]
 
-def test_components_solve_the_response(cal):
+
+def test_components_solve_the_response(cal: ax.Calibration) -> None:
     rng = np.random.default_rng(3)
     for shape in [(1, 3), (7, 3), (20000, 3)]:
         field = rng.normal(size=shape)
@@ -28,12 +33,14 @@ def test_components_solve_the_response(cal):
     lambda x: x.tolist(),
     lambda x: x[::-1][::-1],
 ])  # fmt: skip
-def test_any_layout(cal, run, change):
+def test_any_layout(cal: ax.Calibration, run: ax.Run, change: Change) -> None:
     tolerance = 1e-6 if getattr(change(run.readings), "dtype", None) == np.float32 else 1e-14
     assert cal.apply(change(run.readings)) == pytest.approx(cal.apply(run.readings), abs=tolerance)
 
 
-def test_frames_and_the_command(cal, run, command, example, tmp_path):
+def test_frames_and_the_command(
+    cal: ax.Calibration, run: ax.Run, command: Command, example: str, tmp_path: Path
+) -> None:
     cal.save(tmp_path / "cal.json")
     done = command("apply", tmp_path / "cal.json", example)
     rows = list(csv.DictReader(io.StringIO(done.stdout)))
@@ -46,7 +53,7 @@ def test_frames_and_the_command(cal, run, command, example, tmp_path):
     assert np.array_equal(angles["pitch_deg"], frame["pitch_deg"])
 
 
-def test_bad_readings(cal):
+def test_bad_readings(cal: ax.Calibration) -> None:
     with pytest.raises(ax.DomainError, match="n x 3"):
         cal.apply(np.zeros((4, 2)))
     with pytest.raises(ax.DomainError, match="readings"):
@@ -54,12 +61,12 @@ def test_bad_readings(cal):
     assert np.isnan(cal.apply(np.array([[np.nan, 0.0, 1.0]]))).any()
 
 
-def resident_mb():
+def resident_mb() -> float:
     with open("/proc/self/statm", encoding="ascii") as file:
         return int(file.read().split()[1]) * resource.getpagesize() / 2**20
 
 
-def test_memory_stays(cal):
+def test_memory_stays(cal: ax.Calibration) -> None:
     data = np.broadcast_to(cal.bias, (10_000_000, 3)).copy()  # 240 MB
     cal.apply(data)
     before = resident_mb()
@@ -68,7 +75,7 @@ def test_memory_stays(cal):
     assert resident_mb() - before < 40.0
 
 
-def test_round_trips():
+def test_round_trips() -> None:
     rng = np.random.default_rng(7)
     template = None
     for _ in range(50):

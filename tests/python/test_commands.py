@@ -4,6 +4,7 @@
 import json
 import os
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from conftest import SOURCE
 pandas = pytest.importorskip("pandas")
 
 
-def test_plan_simulate_calibrate_check(cal):
+def test_plan_simulate_calibrate_check(cal: ax.Calibration) -> None:
     forecast = ax.plan(noise=1e-4, sensitivity=2.5)
     assert len(forecast["sheet"]["rest"]) == 12
     fresh = ax.simulate(cal, noise=1e-4, seed=3)
@@ -25,14 +26,14 @@ def test_plan_simulate_calibrate_check(cal):
         assert "p_value" in json.dumps(ax.check(cal, other))
 
 
-def test_study_budget_level(cal):
+def test_study_budget_level(cal: ax.Calibration) -> None:
     assert ax.study(cal, noise=1e-4, trials=20)
     assert ax.budget(cal, pitch=30, roll=45)
     assert ax.level(cal, adjusters="0.1,0;-0.1,0.08;-0.1,-0.08")
     assert ax.site_field(latitude=48.1, longitude=11.5)
 
 
-def test_exports(cal, tmp_path):
+def test_exports(cal: ax.Calibration, tmp_path: Path) -> None:
     names = [one["name"] for one in ax.export_formats()]
     assert {"px4", "c-header", "kalibr"} <= set(names)
     header = cal.export("c-header", tmp_path / "cal.h")
@@ -42,14 +43,14 @@ def test_exports(cal, tmp_path):
         cal.export("none")
 
 
-def test_reports(cal, tmp_path):
+def test_reports(cal: ax.Calibration, tmp_path: Path) -> None:
     cal.report(tmp_path / "cal.html")
     assert "Calibrated" in (tmp_path / "cal.html").read_text()
     html = cal._repr_html_()
     assert html.startswith("<iframe") and "Coefficients" in html and len(html) < 400_000
 
 
-def test_logs(tmp_path):
+def test_logs(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     n = 6000
     frame = pandas.DataFrame(
@@ -69,7 +70,7 @@ DATA = os.environ.get("AXISCAL_DATA_DIR", os.path.join(os.path.dirname(SOURCE), 
 
 
 @pytest.mark.skipif(not os.path.isdir(DATA), reason="no recordings (AXISCAL_DATA_DIR)")
-def test_recordings_of_each_format():
+def test_recordings_of_each_format() -> None:
     shapes = {}
     for folder in ("log_matlab73", "log_matlab5", "log_ulog", "log_rosbag2", "log_phyphox", "log_dataflash"):
         path = next(
@@ -85,7 +86,7 @@ def test_recordings_of_each_format():
     assert len(shapes) >= 5
 
 
-def test_allan_is_the_formula():
+def test_allan_is_the_formula() -> None:
     rng = np.random.default_rng(2)
     y = rng.normal(size=5000)
     curve = ax.allan(y, 10.0)
@@ -98,7 +99,7 @@ def test_allan_is_the_formula():
         ax.allan([[1.0]], 1.0)
 
 
-def test_imu_log_and_rests(cal, tmp_path):
+def test_imu_log_and_rests(cal: ax.Calibration, tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     leaned = np.eye(3)[[1, 2, 0]] * 0.6 + 0.8 * np.eye(3)
     faces = np.vstack([np.eye(3), -np.eye(3), leaned, -leaned])
@@ -116,7 +117,7 @@ def test_imu_log_and_rests(cal, tmp_path):
     assert found.bias == pytest.approx(np.zeros(3), abs=0.05)
 
 
-def test_recipes_parse():
+def test_recipes_parse() -> None:
     tomllib = pytest.importorskip("tomllib")
     for name in ("python/pyproject.toml", "packaging/wheel/cibuildwheel.toml"):
         with open(os.path.join(SOURCE, name), "rb") as file:

@@ -4,15 +4,17 @@
 import os
 import tarfile
 import warnings
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import axiscal as ax
 from axiscal._options import arguments_of
-from conftest import SOURCE, coefficients
+from conftest import SOURCE, Command, coefficients
 
-KINDS = {
+KINDS: dict[str, dict[str, Any]] = {
     "accelerometer": {"instrument": "accelerometer", "unit": "V"},
     "magnetometer": {
         "instrument": "magnetometer", "unit": "1", "field": "geomagnetic", "latitude": 48.14, "longitude": 11.58,
@@ -20,11 +22,13 @@ KINDS = {
     },
     "temperature": {"instrument": "accelerometer", "unit": "V", "temperature_order": 1},
 }  # fmt: skip
-FITS = [{}, {"method": "joint"}, {"method": "paired"}, {"robust": True}, {"drift": "none"}, {"level_by": "block"}]
+FITS: list[dict[str, Any]] = [
+    {}, {"method": "joint"}, {"method": "paired"}, {"robust": True}, {"drift": "none"}, {"level_by": "block"},
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
-def corpus(tmp_path_factory):
+def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("corpus")
     with tarfile.open(os.path.join(SOURCE, "tests", "data", "corpus.tar.xz")) as packed:
         for member in packed.getmembers():
@@ -33,7 +37,7 @@ def corpus(tmp_path_factory):
     return folder
 
 
-def test_corpus(corpus, command, tmp_path):
+def test_corpus(corpus: Path, command: Command, tmp_path: Path) -> None:
     compared = 0
     for path in sorted(corpus.iterdir()):
         kind = next((one for one in KINDS if path.name.startswith(one)), None)

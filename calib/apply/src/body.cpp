@@ -151,8 +151,9 @@ std::string axis_text(const Eigen::Vector3d& axis) {
   return formatted("the model's direction ({:.2f}, {:.2f}, {:.2f})", axis.x(), axis.y(), axis.z());
 }
 
-// Returns the sum of 1 - u u^T over the unit directions u. It is the information matrix of a small
-// rotation about the model's axes if each direction has the variance 1.
+// Returns the sum of I - u u^T over the unit directions u, where I is the identity matrix. It is
+// the information matrix of a small rotation about the model's axes if each direction has the
+// variance 1.
 Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   for (const Direction& one : all) {
@@ -163,7 +164,9 @@ Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
 
 void require_all_turns(const std::vector<Direction>& all) {
   const SymmetricEigen eigen = symmetric_eigen(sight_of(all));
-  constexpr double open_below = 1e-4;  // reached if the directions differ by less than a degree
+  // Limit of the smallest eigenvalue, divided by the number of directions. It is the squared sine
+  // of 0.6 degrees, the rms angle of the directions to one line.
+  constexpr double open_below = 1e-4;
   if (eigen.values(0) > open_below * static_cast<double>(all.size())) {
     return;
   }
@@ -281,7 +284,7 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
       throw RefusedError(formatted(
           "row {}: a tare requires an attitude (pitch_deg, roll_deg), not a face on the table "
           "('flat'), because one heading does not determine the table's slope; give the attitude, "
-          "or use method attitude with references in several headings",
+          "or use the method 'attitude' with references in several headings",
           reading.row));
     }
     const StatedAttitude attitude = reading.attitude.value_or(StatedAttitude{});
@@ -289,10 +292,10 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
         directions.of(reading, up_of(attitude, calibration.sensor.instrument.convention)));
     constexpr double same_rad = 1e-9;
     if ((all.back().in_model - all.front().in_model).norm() > same_rad) {
-      throw RefusedError(
-          formatted("row {}: all readings of a tare must be in one attitude, but the earlier rows "
-                    "have another attitude; use method attitude for readings in several attitudes",
-                    reading.row));
+      throw RefusedError(formatted(
+          "row {}: all readings of a tare must be in one attitude, but the earlier rows have "
+          "another attitude; use the method 'attitude' for readings in several attitudes",
+          reading.row));
     }
   }
   const Direction mean = mean_of(all);
@@ -304,7 +307,7 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
     throw RefusedError(
         formatted("the correction by the tare would be {} degrees, but at most {} degrees are "
                   "allowed: the attitude stated in {} is wrong, or the sensor was mounted again; "
-                  "use method attitude, with references in several attitudes",
+                  "use the method 'attitude' with references in several attitudes",
                   number_text(angle_rad * deg_per_rad, 3),
                   number_text(largest_rad * deg_per_rad, 2), rows_text(mean.rows)));
   }
@@ -352,7 +355,8 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
   if (!calibration.fit.statistics) {
     return calibration;
   }
-  // An error d of the rotation changes the sensitivity s of each axis by d x s.
+  // An error d of the rotation (a rotation vector) changes the sensitivity vector s of each axis by
+  // the cross product of d and s.
   FitStatistics& statistics = *calibration.fit.statistics;
   const auto count = static_cast<Eigen::Index>(statistics.parameter_names.size());
   Eigen::MatrixXd D = Eigen::MatrixXd::Zero(count, 3);
@@ -426,7 +430,7 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   const PositiveFactor factor(covariance);
   if (!factor.is_determined()) {
     throw RefusedError(
-        "neither rotation has an uncertainty about one of the axes, so the rotations cannot be "
+        "both rotations have zero uncertainty about one of the axes, so the rotations cannot be "
         "compared");
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),

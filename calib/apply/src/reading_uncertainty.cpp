@@ -41,8 +41,8 @@ double variance_of(const VarianceShares& shares) {
 
 // Returns the uncertainty of the elevation of an axis [rad] if the measured component along the
 // axis exceeds F. The derivative cannot be used there, because the argument of the arcsine is
-// clamped. The result is the angle whose cosine is 1 - u / F: the angle between the axis and a
-// field of length F whose component along the axis is F - u.
+// clamped. The result is approximately the angle whose cosine is 1 - u / F: the angle between the
+// axis and a field of length F whose component along the axis is F - u.
 double angle_at_pole(double u, double F) {
   return std::sqrt(2.0 * u / F);
 }
@@ -331,7 +331,8 @@ void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
   if (!(ratio > 0.0) || shares.size() <= fixed_results) {
     return;
   }
-  // A relative error of F changes the angles like an equal relative change of the measured field.
+  // A relative error of F has the same effect on the angles, except for the sign, as an equal
+  // relative change of the measured field.
   const std::size_t derived = derived_count(reducer_, context.up.has_value());
   const auto scaled = [&](double factor) {
     const Eigen::VectorXd v = response_at(
@@ -457,8 +458,9 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   result.coverage_factor = variance > 0.0
                                ? factors_.expanded(shares) / std::sqrt(variance)
                                : factors_.at(calibration_.fit.statistics->degrees_of_freedom(k));
-  // The derivative of the arcsine is infinite at F. Therefore the angle's uncertainty is half of
-  // the difference over a step of plus and minus the component's uncertainty.
+  // The derivative of the arcsine is infinite if the component is F. Therefore the angle's
+  // uncertainty is half the difference between the angles for the component plus and minus its
+  // uncertainty.
   const double of_angle = std::hypot(u, ratio_u_ * component);
   const double high = elevation_of_axis(component + of_angle, F).angle_rad;
   const double low = elevation_of_axis(component - of_angle, F).angle_rad;

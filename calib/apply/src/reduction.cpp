@@ -76,8 +76,8 @@ Reducer::Reducer(const SensorModel& sensor,
   if (sensor.also.size() > 1 || (m < 3 && !sensor.also.empty()) ||
       (sensor.instrument.one_sided && m > most_one_sided)) {
     throw DomainError(
-        "Reducer: the sensor may have at most one second field, which requires at least three "
-        "axes, and at most 64 one-sided axes");
+        "Reducer: at most one second field is allowed, and only with at least three axes; at most "
+        "64 axes may be one-sided");
   }
   one_sided_ = sensor.instrument.one_sided;
   temperature_ = sensor.temperature;

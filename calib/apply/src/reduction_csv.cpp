@@ -176,8 +176,8 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
   return names;
 }
 
-// Finds the temperature column of each axis: AXIS_temperature or temperature_AXIS, for an axis in a
-// slot SLOT.AXIS_temperature or SLOT.temperature_AXIS.
+// Finds the temperature column of each axis. It is AXIS_temperature or temperature_AXIS. If the
+// axis is in a slot, it is SLOT.AXIS_temperature or SLOT.temperature_AXIS.
 TemperaturePlaces own_temperatures(const CsvReader& csv, const std::vector<ReadingColumn>& axes) {
   TemperaturePlaces places;
   for (const ReadingColumn& column : axes) {
@@ -803,7 +803,8 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     add(piece.summary, summary);
     spare.push_back(std::move(piece.buffer));
   };
-  constexpr std::size_t most_cores = 8;  // limits the memory, about a megabyte for each core
+  // Largest number of threads. The limit keeps memory use low: each thread needs about a megabyte.
+  constexpr std::size_t most_cores = 8;
   for_each_in_order<Piece>(next, take, std::min(worker_count(), most_cores));
   return summary;
 }

@@ -82,7 +82,7 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
                 "under an instrument",
                 joined(combined.slots), p)
           : formatted(
-                "the instrument in slot {} measures another slope of the common table than the "
+                "the instrument in slot {} measures a different slope of the common table than the "
                 "other instruments (p = {}); check whether this instrument is loose, the table "
                 "bends, or the design points of this slot are wrong",
                 combined.suspect, p);

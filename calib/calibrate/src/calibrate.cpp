@@ -28,7 +28,7 @@ Calibration calibration_of_biases(const PreparedRun& run) {
   const std::vector<Reading>& readings = run.observations().readings;
   if (std::any_of(readings.begin(), readings.end(),
                   [](const Reading& reading) { return reading.confirm; })) {
-    throw RefusedError("method bias does not support confirmation readings ('confirm')");
+    throw RefusedError("the method 'bias' does not support confirmation readings ('confirm')");
   }
   Calibration record = run.described();
   fit_bias(run.experiment(), run.observations(), run.source(), record);
@@ -136,8 +136,9 @@ void note_robust_fit(const Experiment& experiment,
         runs.size() <= few) {
       refused.findings.notes.push_back(
           {NoteCode::weights,
-           formatted("robust regression gives weight 0 to {} and fits the other readings",
-                     name_of_runs(runs))});
+           formatted(
+               "robust regression ignores {} (weight 0) and then agrees with all other readings",
+               name_of_runs(runs))});
     }
   } catch (const Error&) {  // robust regression cannot help
     return;

@@ -78,13 +78,13 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
     require_one_kind(experiment.instrument.kind, run.slots);
   }
   if (suggestions == Suggestions::accept) {
-    throw SetupError("suggestions can be accepted only for one instrument, not for several slots");
+    throw SetupError(
+        "suggested corrections can be accepted only for one instrument, not for several slots");
   }
   if (experiment.positioner.mounts().empty() && run.slots.size() > 1) {
-    notes.push_back(
-        {NoteCode::mount,
-         "the mounts are not known (from an assembly or a positioner), so each instrument's frame "
-         "is taken as the cube's frame"});
+    notes.push_back({NoteCode::mount,
+                     "neither an assembly nor a positioner states the mounts, so each instrument's "
+                     "frame is taken as the cube's frame"});
   }
   return calibrate_assembly(experiment, split_by_slot(run));
 }

@@ -224,7 +224,7 @@ void align_with_companion(Calibration& calibration,
                   [](const ReadingResidual& r) { return r.point.has_value(); });
   if (!method_kind(calibration.fit.method).by_magnitude || has_labels) {
     throw SetupError(
-        "align: the instrument must be calibrated by method magnitude without design points");
+        "align: the instrument must be calibrated by the method 'magnitude' without design points");
   }
   if (calibration.fit.shape == MagnitudeShape::triangular) {
     throw SetupError(
@@ -255,8 +255,9 @@ void align_with_companion(Calibration& calibration,
         alignment.rotation_companion_from_sensor * calibration.fit.orientations->gap;
   }
   for (CalibrationWarning& warning : calibration.findings.warnings) {
-    warning.message +=
-        warning.code == WarningCode::coverage ? " (in the axes before the alignment)" : "";
+    warning.message += warning.code == WarningCode::coverage
+                           ? " (directions are in the sensor's axes before the alignment)"
+                           : "";
   }
   warn_of_mirrored_axes(calibration, companion, alignment);
   calibration.fit.alignment = CompanionAlignment{.record = record, .alignment = alignment};

@@ -101,8 +101,8 @@ void put_residuals(const PreparedRun& run,
   }
 }
 
-// For comparison, fits the polar form of the wind-tunnel literature to the same readings, with the
-// fitted field.
+// Fits the polar form of the wind-tunnel literature to the same readings and the fitted field, and
+// adds the result to the record for comparison.
 void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibration& record) {
   if (record.sensor.temperature || !record.sensor.also.empty() || set.has_excluded_readings() ||
       (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {

@@ -32,7 +32,7 @@ Eigen::Matrix3d noise_of(const Observations& observations) {
   return observations.response_sd->cwiseAbs2().colwise().mean().asDiagonal();
 }
 
-// Copies the parts of the estimate that later steps need to `set`, and stores `set` in the fit.
+// Copies to `set` the parts of the estimate that later steps need, and stores `set` in the fit.
 FittedRun completed(FittedRun fit, ReadingSet set) {
   set.seen = fit.estimate.sight.seen;
   set.visible = fit.estimate.sight.visible;
@@ -108,8 +108,8 @@ void require_one_length(const ReadingSet& set) {
     constexpr double same = 1e-9;
     if (std::abs(std::cbrt(change.determinant()) - 1.0) > same) {
       throw RefusedError(
-          "method magnitude requires a field of constant magnitude, but the magnitude of this "
-          "field changes between readings; give design points");
+          "the method 'magnitude' requires a field of constant magnitude, but the magnitude of "
+          "this field changes between readings; give design points");
     }
   }
 }
@@ -124,8 +124,9 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   const bool is_stated = experiment.field.magnitude || experiment.field.kind() == "custom";
   if (set.axis_count() == 2 && !is_stated) {
     throw SetupError(
-        "two axes turned in a plane measure only the field's component in that plane, but the site "
-        "determines the whole field: set the field's magnitude to the magnitude of that component",
+        "two axes turned in a plane measure only the field's component in that plane, but the "
+        "magnitude computed from the site is that of the whole field: set the field's magnitude to "
+        "that of the component in the plane",
         {settings::field_magnitude});
   }
   if (set.axis_count() == 2) {

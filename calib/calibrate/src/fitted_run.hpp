@@ -31,8 +31,10 @@ struct FittedRun {
   ReadingSource source;                   ///< the observations, and the model that is fitted
   std::unique_ptr<const ReadingSet> set;  ///< the readings as input of the fitted model
   Estimate estimate;
-  AxisMask seen;                             ///< the readings that each axis uses; empty if all
-  double mounts_expected = 0.0;              ///< MountTurns::expected of the last fit of mounts
+  AxisMask seen;  ///< the readings that each axis uses; empty if all
+  /// The mean square of the mounts' fitted rotations that noise alone would cause; see
+  /// MountTurns::expected.
+  double mounts_expected = 0.0;
   std::shared_ptr<const Solution> solution;  ///< the solution for `set`; null if not kept
 
   [[nodiscard]] SolvedReadings readings(const MethodKind& method) const {
@@ -45,8 +47,8 @@ struct FittedRun {
 /// @throws RefusedError, RankDeficientError
 [[nodiscard]] FittedRun solve(const PreparedRun& run, const ChosenModel& model);
 
-/// The result of the search for mistakes, and the readings after the removal of shared errors,
-/// which affect several readings.
+/// The result of the search for mistakes, and the readings without their shared errors. A shared
+/// error affects several readings.
 struct SearchedRun {
   bool searched = false;
   MistakeSearch mistakes;
@@ -61,8 +63,8 @@ struct SearchedRun {
 
 [[nodiscard]] SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit);
 
-/// Adds a term for the likeliest mistake to the model, if this is a drift, a step of the biases, or
-/// a memory (each reading lags behind the change since the previous one).
+/// If the likeliest mistake is a drift, a step of the biases, or a memory, adds a term for it to
+/// the model. With a memory, each reading lags behind the change since the previous one.
 /// @return the extended model. It is nullopt if the mistake is of another kind, if the model
 ///         already has this term, or if FitOptions::drift is not automatic.
 [[nodiscard]] std::optional<ChosenModel> with_mistake_term(const PreparedRun& run,

@@ -17,7 +17,7 @@ namespace {
 
 // Largest changes that are accepted for one instrument, from day to day and from mount to mount.
 // Two instruments of the same batch seldom agree within these limits.
-constexpr double largest_size_change = 2e-3;   // relative change of |S_k|
+constexpr double largest_size_change = 2e-3;   // relative change of an axis's sensitivity
 constexpr double largest_angle_change = 5e-3;  // change of the angle between two axes [rad]
 constexpr double largest_bias_change = 5e-2;   // change of a bias, divided by the full response
 // A larger change is accepted if it is at most this number of standard errors, because it may be

@@ -98,8 +98,8 @@ void take_face_lengths(const PreparedRun& run, const FittedRun& fit, CountedEsti
   counted.by_lengths = fit_face_lengths(*fit.set, magnitude_of(run), counted.estimate);
   if (!counted.by_lengths && run.experiment().fit.method) {
     throw RefusedError(
-        "method faces requires readings on all six faces and axes along the cube's edges, and fits "
-        "only bias and sensitivity; on a level table, use method known",
+        "the method 'faces' requires readings on all six faces, and axes along the cube's edges. "
+        "It fits only bias and sensitivity. If the table is level, use the method 'known'",
         {settings::method});
   }
 }
@@ -113,10 +113,9 @@ CountedEstimate counted_scatter(const PreparedRun& run,
   if (method.by_magnitude) {
     CountedEstimate counted{.estimate = fit.estimate, .weighed = {}};
     if (fit.estimate.blocks.sessions == 0 && run.experiment().fit.process) {
-      counted.estimate.notes.push_back(
-          {NoteCode::conditions,
-           "method magnitude uses the scatter of earlier calibrations only if the run has several "
-           "blocks"});
+      counted.estimate.notes.push_back({NoteCode::conditions,
+                                        "the method 'magnitude' uses the scatter of earlier "
+                                        "calibrations only if the run has several blocks"});
     }
     return counted;
   }

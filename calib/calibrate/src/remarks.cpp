@@ -88,10 +88,10 @@ void note_few_averages(Calibration& calibration) {
       joint > 2.0 * own) {
     calibration.findings.notes.push_back(
         {NoteCode::method,
-         formatted(
-             "the averages of opposite positions leave {} degrees of freedom; method joint gives "
-             "nearly the same estimates with about {} degrees of freedom and shorter intervals",
-             number_text(own, 2), number_text(joint, 2))});
+         formatted("the averages of opposite positions leave few degrees of freedom ({}). The "
+                   "method 'joint' gives nearly the same estimates with more degrees of freedom "
+                   "(about {}) and shorter intervals",
+                   number_text(own, 2), number_text(joint, 2))});
   }
 }
 
@@ -145,10 +145,10 @@ void add_notes(Calibration& calibration,
                const Positioner& positioner) {
   const auto m = calibration.sensor.response.bias.size();
   if (m < 3) {
-    calibration.findings.notes.push_back({NoteCode::axes,
-                                          "with fewer than three axes, a reading gives only "
-                                          "the field along each axis and the angle of "
-                                          "the axis, not the field vector"});
+    calibration.findings.notes.push_back(
+        {NoteCode::axes,
+         "with fewer than three axes, a reading gives only the field along each axis (if the field "
+         "is gravity, also the angle of the axis to the horizontal), not the field vector"});
   }
   note_readings_without_weight(calibration);
   note_few_averages(calibration);
@@ -262,11 +262,10 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
   if (field.others.empty() && field.unit.empty() && field.magnitude && field.of &&
       !field_kind(found.kind).units.empty() && found.unit != field_kind(found.kind).units.front()) {
     calibration.findings.notes.push_back(
-        {NoteCode::field,
-         formatted("the field's magnitude {} is stated without a unit; it is taken in {}, because "
-                   "this value is impossible in {}",
-                   number_text(*field.magnitude), found.unit,
-                   field_kind(found.kind).units.front())});
+        {NoteCode::field, formatted("the field's magnitude {} is stated without a unit; the unit "
+                                    "is assumed to be {}, because this value is impossible in {}",
+                                    number_text(*field.magnitude), found.unit,
+                                    field_kind(found.kind).units.front())});
   }
   const bool is_relative = field.others.empty() && field.kind() == "custom" && !field.magnitude &&
                            !field.in_table && found.unit == "1";

@@ -135,17 +135,17 @@ void check_readings(const Experiment& experiment, const Observations& observatio
 // Checks readings without fence faces. They are allowed only if the field is parallel to the normal
 // of a level table.
 void check_without_fence(const Experiment& experiment, Method method) {
-  constexpr const char* advice = "add the column 'fence', the face at the fence";
+  constexpr const char* advice = "add the column 'fence' (the face at the fence)";
   if (!method_kind(method).directions_known) {
-    throw RefusedError(
-        formatted(
-            "method {}: the readings lack fence faces; {}, or use method known on a level table",
-            method_name(method), advice),
-        {settings::method});
+    throw RefusedError(formatted("method '{}': the readings do not state the face at the fence; "
+                                 "{}. If the table is level and the field is perpendicular to the "
+                                 "table, the method 'known' does not need this column",
+                                 method_name(method), advice),
+                       {settings::method});
   }
   if (!experiment.table.slope.isZero(0.0)) {
-    throw SetupError(formatted("a slope of the table is given, but the readings lack fence faces; "
-                               "{}",
+    throw SetupError(formatted("a slope of the table is given, but the readings do not state the "
+                               "face at the fence; {}",
                                advice),
                      {settings::slope});
   }
@@ -153,7 +153,8 @@ void check_without_fence(const Experiment& experiment, Method method) {
     constexpr double upright = 1e-9;
     if (part.in_table && part.in_table->head<2>().norm() > upright * part.in_table->norm()) {
       throw RefusedError(
-          formatted("field {} is not along the table's normal, so fence faces are required: {}",
+          formatted("field {} is not perpendicular to the table, so the readings must state the "
+                    "face at the fence: {}",
                     part.kind, advice));
     }
   }
@@ -163,8 +164,8 @@ void check_levels(const Observations& observations, Method method) {
   for (const Reading& reading : observations.readings) {
     if (method_kind(method).by_magnitude && reading.level != 1.0) {
       throw RefusedError(
-          formatted("run {}: the level is {}, but method magnitude requires the same magnitude of "
-                    "the field in all readings",
+          formatted("run {}: the level is {}, but the method 'magnitude' requires the same "
+                    "magnitude of the field in all readings",
                     reading.run, reading.level.text()));
     }
   }
@@ -198,7 +199,8 @@ void check_temperature(const Experiment& experiment,
   }
   if (setup.order < 0 || (setup.order > 2 && method_kind(method).fits_sensitivity)) {
     throw SetupError(
-        formatted("temperature order {}: must be 0, 1 or 2 (method bias: any order)", setup.order));
+        formatted("temperature order {}: must be 0, 1 or 2 (the method 'bias' accepts any order)",
+                  setup.order));
   }
   for (const Reading& reading : readings) {
     if (!reading.temperature) {
@@ -216,11 +218,12 @@ void check_method(const Experiment& experiment,
   const std::string name(method_name(method));
   if (!by_field && !method_kind(method).by_magnitude && method_kind(method).fits_sensitivity &&
       !has_labels(observations)) {
-    throw RefusedError(formatted("method {}: the readings lack design points; add the columns "
-                                 "'rest' and 'fence', or use method magnitude, or method known "
-                                 "with the columns fx, fy, fz",
-                                 name),
-                       {settings::method});
+    throw RefusedError(
+        formatted(
+            "method '{}': the readings lack design points. Add the columns 'rest' and 'fence', use "
+            "the method 'magnitude', or use the method 'known' with the columns 'fx', 'fy', 'fz'",
+            name),
+        {settings::method});
   }
   if (!observations.has_fence && has_labels(observations) && method_kind(method).fits_sensitivity) {
     check_without_fence(experiment, method);
@@ -228,20 +231,20 @@ void check_method(const Experiment& experiment,
   const bool has_one_slope =
       method_kind(method).directions_known || method_kind(method).by_magnitude;
   if (has_one_slope && experiment.fit.level_by == LevelBy::block) {
-    throw SetupError(formatted(
-        "method {} does not estimate the slope of the table; one slope for each block (level by "
-        "block) requires method paired or joint",
-        name));
+    throw SetupError(
+        formatted("the method '{}' does not estimate the slope of the table; one slope for each "
+                  "block ('level_by') requires the method 'paired' or 'joint'",
+                  name));
   }
   if (experiment.fit.robust && !method_kind(method).fits_sensitivity) {
-    throw SetupError("method bias does not support robust regression; leave the option out");
+    throw SetupError("the method 'bias' does not support robust regression; leave out 'robust'");
   }
   if (!experiment.field.others.empty() &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||
        experiment.fit.level_by == LevelBy::block)) {
     throw SetupError(
-        "a field of several parts requires method joint or known, and cannot be combined with one "
-        "slope of the table for each block (level by block)");
+        "a field of several parts requires the method 'joint' or 'known', and cannot be combined "
+        "with one slope of the table for each block ('level_by')");
   }
   for (std::size_t i = 1; i < experiment.also.size(); ++i) {
     if (experiment.also[i].kind() == experiment.also.front().kind()) {
@@ -251,23 +254,25 @@ void check_method(const Experiment& experiment,
   }
   if (!experiment.also.empty() && (by_field || method_kind(method).by_magnitude)) {
     throw SetupError(
-        "a second field ('also') requires design points and method paired, joint or known");
+        "a second field ('also') requires design points, and the method 'paired', 'joint' or "
+        "'known'");
   }
   if (experiment.instrument.one_sided &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude)) {
-    throw SetupError(
-        formatted("method {} does not support one-sided axes; use method joint or known", name));
+    throw SetupError(formatted(
+        "the method '{}' does not support one-sided axes; use the method 'joint' or 'known'",
+        name));
   }
   if (method_kind(method).by_magnitude && experiment.fit.squares && experiment.fit.robust) {
     throw SetupError(
-        "method magnitude cannot fit squared terms with robust weights; leave out either 'squares' "
-        "or 'robust'");
+        "the method 'magnitude' cannot fit squared terms with robust weights; leave out either "
+        "'squares' or 'robust'");
   }
   if (method_kind(method).by_magnitude &&
       (experiment.fit.temperature.order > 0 || experiment.fit.temperature.automatic)) {
     throw SetupError(
-        "method magnitude cannot fit temperature terms; give design points, or calibrate each "
-        "temperature separately");
+        "the method 'magnitude' cannot fit temperature terms; give design points, or calibrate "
+        "each temperature separately");
   }
   check_levels(used, method);
 }
@@ -287,8 +292,8 @@ void check_known_magnitude(const FieldDescription& field) {
   if (field.in_table && field.parts.empty() &&
       !(std::abs(field.in_table->norm() / field.magnitude - 1.0) <= 1e-6)) {
     throw SetupError(
-        formatted("method known: the field's vector in the table has the length {}, but the "
-                  "field's magnitude is stated as {}; give only one of the two",
+        formatted("method 'known': the field's vector in the table's frame has the length {}, but "
+                  "the field's magnitude is stated as {}; give only one of the two",
                   number_text(field.in_table->norm()), number_text(field.magnitude)));
   }
 }

@@ -61,7 +61,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     residual.used = used.row(row).any();
     residual.magnitude = not_a_number;
     if (!residual.used && reading.point && !positioner.seat(*reading.point).defect.empty()) {
-      // The cube cannot lie at this point, so the reading was left out and has no predicted field.
+      // The cube cannot lie at this design point, so the reading was left out and has no predicted
+      // field.
       residual.response = Eigen::VectorXd::Constant(response.bias.size(), not_a_number);
       residuals.push_back(std::move(residual));
       continue;

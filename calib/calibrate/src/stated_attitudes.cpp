@@ -39,7 +39,8 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
   std::vector<FieldDescription> parts = resolve_field(experiment);
   for (FieldDescription& part : parts) {
     if (!part.in_table && !field_kind(part.kind).local && parts.size() == 1) {
-      part.in_table = part.magnitude * Eigen::Vector3d::UnitZ();  // by default above the table
+      // By default, the field is along the table's normal and points up.
+      part.in_table = part.magnitude * Eigen::Vector3d::UnitZ();
     }
     if (!part.in_table) {
       throw SetupError(

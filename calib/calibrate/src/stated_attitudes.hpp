@@ -14,8 +14,8 @@ namespace axiscal {
 ///         must also be stated.
 [[nodiscard]] bool takes_attitudes(const Experiment& experiment, const Observations& observations);
 
-/// Computes the field of each reading from its stated attitude. The dividing head or sine plate
-/// stands on a level table, or on a table with a stated slope.
+/// Computes the field of each reading from its stated attitude. The device that sets the attitudes,
+/// for example a dividing head, is assumed to stand on a level table or on one with a stated slope.
 ///
 /// @throws RefusedError  if the field is not vertical and a reading lacks a heading.
 /// @throws SetupError    if the field's direction in the table is unknown or changes during the

@@ -226,7 +226,7 @@ class Summary {
     if (m > most_axes) {
       text_ += formatted("  the record contains all {} axes\n", m);
     }
-    text_ += uncertainties_.empty() ? "\n" : "  +- U, the expanded uncertainty (95 %)\n\n";
+    text_ += uncertainties_.empty() ? "\n" : "  +- expanded uncertainty U (95 %)\n\n";
   }
 
   // Shortens a long name at its beginning, because its end is more distinctive.
@@ -262,7 +262,7 @@ class Summary {
                               : "not seen");
       }
       const std::string& unit = c_.sensor.instrument.unit;
-      text_ += formatted("noise of a reading (sd): {}{}\n", joined(noise),
+      text_ += formatted("noise of a reading (standard deviation): {}{}\n", joined(noise),
                          unit == "1" ? "" : " " + unit);
       if (!method_kind(c_.fit.method).by_length) {  // method faces does not determine the angles
         text_ +=
@@ -275,17 +275,19 @@ class Summary {
         return formatted("{} +- {}", rounded_value(1e3 * value, 1e3 * u),
                          rounded_uncertainty(1e3 * u));
       };
-      text_ += wrapped(formatted("{}: {} along +x, {} along +y (1 sd); estimates from the faces {}",
-                                 field_kind(c_.sensor.field.kind).vertical
-                                     ? "slope of the table [mrad]"
-                                     : "field in the table's plane [1/1000 of its magnitude]",
-                                 stated(level.mean_x, level.standard_error_x),
-                                 stated(level.mean_y, level.standard_error_y),
-                                 std::isnan(level.p_value) ? "cannot be compared"
-                                 : level.consistent        ? "agree"
-                                                           : "DISAGREE"),
-                       80) +
-               "\n";
+      text_ +=
+          wrapped(formatted("{}: {} along +x, {} along +y (standard uncertainty); estimates "
+                            "from the faces {}",
+                            field_kind(c_.sensor.field.kind).vertical
+                                ? "slope of the table [mrad]"
+                                : "field in the table's plane [1/1000 of the field's magnitude]",
+                            stated(level.mean_x, level.standard_error_x),
+                            stated(level.mean_y, level.standard_error_y),
+                            std::isnan(level.p_value) ? "cannot be compared"
+                            : level.consistent        ? "agree"
+                                                      : "DISAGREE"),
+                  80) +
+          "\n";
       if (level.combined) {
         text_ +=
             formatted("{} on the same table: their slopes {} (p = {:.2g})\n",
@@ -370,7 +372,8 @@ class Summary {
     if (quantities.empty()) {
       return;
     }
-    heading(formatted("Quantities of the {}; +- standard uncertainty", c_.sensor.instrument.kind));
+    heading(formatted("Derived quantities of the {} (+- standard uncertainty)",
+                      c_.sensor.instrument.kind));
     for (const KindQuantity& quantity : quantities) {
       std::string name = quantity.name;
       std::replace(name.begin(), name.end(), '_', ' ');
@@ -408,7 +411,7 @@ class Summary {
     const OrientationQuality& quality = *c_.fit.orientations;
     heading("Orientations (f: calibrated reading, F: magnitude of the field)");
     text_ += formatted("  fit error (rms of |f| - F) {:.3g} % of F\n", 100.0 * quality.fit_error);
-    text_ += formatted("  spread of the magnitude (sd) {:.3g} % of F\n",
+    text_ += formatted("  standard deviation of the magnitude {:.3g} % of F\n",
                        100.0 * quality.magnitude_spread);
     text_ += formatted("  coverage: {:.0f} % of the sphere within 30 degrees of a reading\n",
                        100.0 * quality.coverage);
@@ -423,7 +426,7 @@ class Summary {
     const Levelness& levelness = *c_.fit.levelness;
     const bool gravity = field_kind(c_.sensor.field.kind).vertical;
     heading(gravity ? "Levelness: slope of the table [mrad], rising towards +x and +y"
-                    : "Field in the table's plane, thousandths of its magnitude");
+                    : "Field in the table's plane [thousandths of the field's magnitude]");
     const std::size_t width = 40;
     const auto pair = [](double x, double y, double ux, double uy) {
       return std::vector<std::string>{rounded_value(1e3 * x, 1e3 * ux),
@@ -445,7 +448,8 @@ class Summary {
                   rounded_uncertainty(1e3 * levelness.standard_error_y)});
     if (levelness.estimates.size() > 1) {
       text_ += row(
-          formatted("spread (sd) of {}", counted(levelness.estimates.size(), "estimate")), width,
+          formatted("standard deviation of {}", counted(levelness.estimates.size(), "estimate")),
+          width,
           {rounded_uncertainty(1e3 * levelness.sd_x), rounded_uncertainty(1e3 * levelness.sd_y)});
     }
     if (!std::isnan(levelness.p_value)) {
@@ -622,7 +626,7 @@ std::string verdict_sentence(const Calibration& calibration) {
     return "The record contains only coefficients, without readings to test them.";
   }
   const std::size_t warnings = calibration.findings.warnings.size();
-  const std::string limits = calibration.findings.verdict ? ", and it meets its limits" : "";
+  const std::string limits = calibration.findings.verdict ? ", and the limits are met" : "";
   return calibration.findings.status == CalibrationStatus::warning
              ? formatted("Calibrated{}, with {} to look at.", limits,
                          warnings == 1 ? "one thing" : formatted("{} things", warnings))

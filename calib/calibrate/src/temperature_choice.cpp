@@ -58,8 +58,8 @@ double p_of_following(const ReadingSet& set,
     const Eigen::VectorXd r = y - X * (inverse * y);
     const double free = static_cast<double>((root.array() > 0.0).count() - rank) - 1.0;
     // The test uses only the part of the temperature's variation that is independent of the columns
-    // of the fit. If this part is below `independent`, the poses determine the temperature, and the
-    // axis is not tested.
+    // of the fit. If the relative square of this part is below `independent`, the temperature is a
+    // function of the poses, and the axis is not tested.
     constexpr double independent = 1e-6;
     if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
       continue;
@@ -129,15 +129,15 @@ void warn_of_ignored_temperature(const Experiment& experiment,
        .runs = {},
        .message = formatted(
            "the values in the column 'temperature' range from {} to {}, but the fit lacks "
-           "temperature terms{}; {}, or ignore the temperatures (temperature order 0)",
+           "temperature terms{}; {}. To ignore the temperatures, set the temperature order to 0",
            number_text(*low, 4), number_text(*high, 4),
            p < false_alarm
                ? formatted(": the residuals follow the temperature (p = {})", number_text(p, 2))
                : "",
-           by_magnitude ? "method magnitude cannot fit such terms: calibrate each temperature "
-                          "separately"
-                        : "take the whole design at two temperatures or more, or 24 readings"
-                          " or more")});
+           by_magnitude ? "the method 'magnitude' cannot fit such terms: calibrate each "
+                          "temperature separately"
+                        : "repeat the whole design at two or more temperatures, or take at least "
+                          "24 readings at various temperatures")});
 }
 
 }  // namespace axiscal

@@ -11,10 +11,11 @@
 namespace axiscal {
 namespace {
 
-constexpr Eigen::Index fewest_readings = 4;  // a laying with fewer readings is not tested
+// A series of consecutive readings in one pose (a laying) is not tested if it has fewer readings.
+constexpr Eigen::Index fewest_readings = 4;
 constexpr std::size_t fewest_layings = 6;
 
-// A series of consecutive readings in one pose, after the cube was laid down.
+// A laying: a series of consecutive readings in one pose, after the cube was laid down.
 struct Laying {
   Eigen::Index first = 0;  // index of the first reading in the list of rows
   Eigen::Index readings = 0;
@@ -49,7 +50,6 @@ struct Ends {
   Eigen::MatrixXd last;
 };
 
-// Computes the differences of all layings.
 // Computes the differences of all layings.
 // @param left_out  number of readings to ignore at the start of each laying.
 Ends ends_of(const std::vector<Laying>& layings,

@@ -168,7 +168,8 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
 }
 
 // Returns the effective degrees of freedom of a sum of variances.
-// @param parts  each variance with its degrees of freedom; 0: the variance is exact.
+// @param parts  pairs of a variance and its degrees of freedom. 0 degrees of freedom mean that the
+//               variance is exact.
 double effective_dof(const std::vector<std::pair<double, double>>& parts) {
   double sum = 0.0;
   double over = 0.0;
@@ -202,8 +203,8 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   return std::isinf(dof) ? chi_squared_upper_p(Q, 9.0) : f_upper_p(Q / 9.0, 9.0, dof);
 }
 
-// Returns the references of one instrument. If `without` is true, returns the references of all
-// other instruments. In the result the instruments are numbered from 0 again.
+// Returns the references of one instrument or, if `without` is true, the references of all other
+// instruments. In the result the instruments are numbered from 0 again.
 std::vector<SolidReference> part_of(const std::vector<SolidReference>& references,
                                     std::size_t instrument,
                                     bool without) {
@@ -348,9 +349,8 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
         own.residual_sd > 1e-12 * reference->calibration.sensor.field.magnitude) {
       result.warnings.push_back(formatted(
           "slot {}: its readings scatter by {} {}, {} times the expected scatter, and run {} has "
-          "the largest residual; look for a wrong label, a loose instrument, a table that was "
-          "moved (then fit one slope for each block: level by block), or readings of another "
-          "instrument",
+          "the largest residual; look for a wrong label, a loose instrument, readings of another "
+          "instrument, or a table that was moved (then fit one slope for each block, 'level_by')",
           own.slot, significant(own.residual_sd), reference->calibration.sensor.field.unit,
           significant(own.residual_sd / expected), own.worst_run));
     }
@@ -362,14 +362,14 @@ void find_warnings(const std::vector<Reference>& references, Characterization& r
   if (!result.consistent) {
     const std::string p = formatted(" (p = {})", significant(result.p_value));
     result.warnings.push_back(
-        result.suspect.empty() ? formatted("the two instruments give different face normals of the "
-                                           "cube{}; measure with a third instrument to find out "
-                                           "which one is wrong",
-                                           p)
-                               : formatted("slot {} gives other face normals of the cube than the "
-                                           "other slots{}; calibrate the instrument in this slot "
-                                           "again, or leave the slot out",
-                                           result.suspect, p));
+        result.suspect.empty()
+            ? formatted("the two instruments give different face normals of the "
+                        "cube{}; measure with a third instrument to find out "
+                        "which one is wrong",
+                        p)
+            : formatted("slot {} gives different face normals of the cube than the other slots{}; "
+                        "calibrate the instrument in this slot again, or leave the slot out",
+                        result.suspect, p));
   }
 }
 
@@ -410,9 +410,9 @@ void describe_in_notes(const CharacterizeOptions& options,
   });
   if (!has_feet) {
     description.notes.emplace_back(
-        "no drawing with feet was given, so the seats follow only from the face normals; if the "
-        "cube has feet or the fence leans, this adds errors of about the table's slope times the "
-        "deviation of the faces from square");
+        "no drawing with feet was given, so the seats are computed only from the face normals. If "
+        "the cube has feet or the fence leans, this causes errors of about (slope of the table) x "
+        "(deviation of the faces from squareness)");
   }
   if (!all_have_covariance) {
     description.notes.emplace_back(

@@ -42,8 +42,9 @@ Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
   return T;
 }
 
-// Returns the combinations of the 12 tangents (12 x 9) that do not turn the cube as a whole: they
-// keep sum e_r cross n_r = 0. e_r and n_r are the nominal and the actual normal of face r.
+// Returns the combinations of the 12 tangents (12 x 9) that do not turn the cube as a whole. They
+// keep the sum of e_r cross n_r over the faces r at 0, where e_r is the nominal and n_r the actual
+// normal.
 Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T) {
   Eigen::Matrix<double, 3, 12> constraint = Eigen::Matrix<double, 3, 12>::Zero();
   for (const Face face : all_faces) {
@@ -480,7 +481,8 @@ SolidSolution SolidFit::solve() const {
     if (!(found.left_to_go < good_enough_rad)) {
       throw RefusedError(
           "the fit of the cube's normals does not converge; check the labels of the readings, and "
-          "that each record belongs to the instrument of its readings");
+          "check that each calibration record is that of the instrument which took the readings "
+          "given with it");
     }
     const Eigen::MatrixXd J = jacobian(place.state, place.layout, solution.sigma);
     const Factor factors = factored(J, place.layout.names);

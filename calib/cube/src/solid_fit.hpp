@@ -50,7 +50,7 @@ struct SolidState {
 struct SolidSolution {
   SolidState state;
   std::vector<double> sigma;    // scatter of a reading, for each reference [field unit]
-  std::vector<int> worst_runs;  // run with the largest residual, for each reference
+  std::vector<int> worst_runs;  // run number of each reference's reading with the largest residual
   double degrees_of_freedom = 0.0;
   double calibration_dof = 0.0;        // effective degrees of freedom of handed_on; 0: infinite
   Eigen::Matrix<double, 18, 9> basis;  // basis of the normals' changes that do not turn the cube

@@ -100,11 +100,10 @@ void require_robust_freedom(double degrees_of_freedom) {
   constexpr double fewest = 6.0;
   if (!(degrees_of_freedom >= fewest)) {
     throw RefusedError(
-        formatted(
-            "robust regression cannot detect a wrong reading with {} degrees of freedom; at least "
-            "{} are required: add readings, use method joint instead of paired, or fit without "
-            "robust weights",
-            number_text(degrees_of_freedom, 2), number_text(fewest)),
+        formatted("robust regression cannot detect a wrong reading with {} degrees of freedom; at "
+                  "least {} are required: add readings, use the method 'joint' instead of "
+                  "'paired', or fit without robust weights",
+                  number_text(degrees_of_freedom, 2), number_text(fewest)),
         {settings::method});
   }
 }

@@ -27,7 +27,7 @@
 namespace axiscal {
 namespace {
 
-// What the constant term of the bias polynomial contains.
+// The contents of the constant term of the bias polynomial.
 enum class Constant {
   bias,         // only the bias; the response to the field is subtracted, or is 0
   from_record,  // bias and response to the field; the bias is taken from the record experiment.from
@@ -116,10 +116,9 @@ Constant what_constant_is(const Experiment& experiment,
     return Constant::bias;
   }
   if (field_kind(calibration.sensor.field.kind).rotation) {
-    calibration.findings.notes.push_back(
-        {NoteCode::pose,
-         "the readings are at rest, so these biases include the Earth's rotation "
-         "(up to 15 deg/h)"});
+    calibration.findings.notes.push_back({NoteCode::pose,
+                                          "the readings were taken at rest, so these biases "
+                                          "include the Earth's rotation (up to 15 deg/h)"});
     return Constant::bias;
   }
   if (experiment.from) {
@@ -130,13 +129,14 @@ Constant what_constant_is(const Experiment& experiment,
          "this run"});
     return Constant::from_record;
   }
-  add_warning(calibration,
-              {.code = WarningCode::field_in_bias,
-               .runs = {},
-               .message = "the biases include the response to the field (gravity for an "
-                          "accelerometer) in the pose of the run. To remove this response, give a "
-                          "record with the sensitivity, and the columns rest and fence, or "
-                          "pitch_deg and roll_deg"});
+  add_warning(
+      calibration,
+      {.code = WarningCode::field_in_bias,
+       .runs = {},
+       .message =
+           "the biases include the response to the field (gravity for an accelerometer) in the "
+           "pose of the run. To remove this response, give a record with the sensitivity, and "
+           "either the columns 'rest' and 'fence' or the columns 'pitch_deg' and 'roll_deg'"});
   return Constant::as_read;
 }
 
@@ -156,8 +156,8 @@ Eigen::MatrixX3d fields_met(const ReadingSet& set, const Calibration& calibratio
   return fields;
 }
 
-// Adds the uncertainty of the subtracted response to the field, which comes from the record's
-// sensitivities.
+// Increases the variances of the biases, because the response to the field was computed with the
+// record's uncertain sensitivities and subtracted from the readings.
 // @param mean_field  mean of the field over the readings, in the sensor's frame.
 void add_uncertainty_of_field(const Eigen::Vector3d& mean_field, FitStatistics& statistics) {
   const Eigen::Index m = statistics.bias_se.size();
@@ -298,8 +298,8 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
   scatter.u = jackknife_uncertainty(block_jackknife_changes({.residuals = -root.cwiseProduct(left),
                                                              .jacobian = root.asDiagonal() * X}))
                   .head(q);
-  if (!scatter.u
-           .allFinite()) {  // a whole branch lies within one tenth: use one polynomial for both
+  // If one tenth of the readings contains a whole branch, both branches get one polynomial.
+  if (!scatter.u.allFinite()) {
     scatter.u = jackknife_uncertainty(block_jackknife_changes(
         {.residuals = -root.cwiseProduct(fit.residuals), .jacobian = root.asDiagonal() * P}));
   }
@@ -385,7 +385,7 @@ void add_noise_of_order(const ReadingSet& set,
   constexpr Eigen::Index fewest_left = 4;
   const std::vector<ScatterComponent>& known = calibration.fit.statistics->components;
   const bool has_branches = std::any_of(known.begin(), known.end(), [](const auto& component) {
-    return component.name == "hysteresis";  // two branches look like correlated noise
+    return component.name == "hysteresis";  // the branches would look like correlated noise
   });
   if (has_branches || set.has_excluded_readings() || set.robust ||
       set.size() < order + 1 + fewest_left) {

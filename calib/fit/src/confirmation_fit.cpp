@@ -57,8 +57,8 @@ Eigen::MatrixXd cosines_of(const ReadingSet& set, const Solution& solution) {
 }
 
 // Changes the weights for noise whose variance across the field is `ratio` times its variance along
-// the field. Different seats of the cube change the readings across the field. Fluctuations of the
-// field's magnitude change them along it.
+// the field. A variable seat of the cube causes noise in axes across the field. A fluctuating
+// magnitude of the field causes noise in axes along the field.
 ReadingSet with_noise_ratio(ReadingSet set, const Eigen::MatrixXd& cosines, double ratio) {
   const Eigen::ArrayXXd across = 1.0 - cosines.array().square();
   set.weights.array() /= 1.0 + (ratio - 1.0) * across;

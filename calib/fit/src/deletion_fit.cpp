@@ -15,8 +15,8 @@
 namespace axiscal {
 namespace {
 
-// Limit for the squared norm of a column that remains after projection and without the left-out
-// readings, as a fraction. Below it, the remaining readings do not determine the coefficient.
+// Limit for the fraction of a column's squared norm that remains without the left-out readings and
+// after projection. Below this limit, the remaining readings do not determine the coefficient.
 constexpr double open_below = 1e-11;
 
 // The matrices and errors of one axis at the d readings that are left out.
@@ -32,7 +32,8 @@ struct AxisLeftOut {
   Eigen::MatrixXd Q;       // d x p: rows of the orthonormal basis of the design
   Eigen::MatrixXd M;       // p x p: (1 - Q^T Q)^-1
   Eigen::VectorXd errors;  // d: prediction errors before a step of the shared unknowns
-  Eigen::MatrixXd shared;  // d x s: negative derivatives of `errors` by the shared unknowns
+  // d x s: minus the derivatives of `errors` with respect to the shared unknowns
+  Eigen::MatrixXd shared;
 };
 
 // The fit of the readings that are not left out.

@@ -64,7 +64,8 @@ std::string points_to_add(const Eigen::MatrixXd& design,
 OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design) {
   OpenParameters open_ones{.names = {}, .seen = design};
   std::vector<std::string>& names = open_ones.names;
-  std::optional<std::vector<Eigen::Index>> of_all;  // columns that all rows leave undetermined
+  // the undetermined columns for an axis that uses all rows
+  std::optional<std::vector<Eigen::Index>> of_all;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     // If the rows are averages of readings, every axis uses all of them.
     const bool own_rows = design.rows() == set.size() && (set.weights.col(k).array() == 0.0).any();
@@ -106,9 +107,10 @@ void require_determined(const ReadingSet& set,
   std::string advice = "add readings with the field in other directions";
   if (open.left_out) {
     advice =
-        "the light reaches these axes from too few directions: also take readings with the lamp "
-        "off (level 0), take all 24 points, place the lamp away from the table's normal and the "
-        "cube's diagonal, or combine two opposite axes into one (d=p-n)";
+        "the light reaches these axes from too few directions. Also take readings with the lamp "
+        "off (level 0), take all 24 points, or place the lamp away from the table's normal and the "
+        "cube's diagonal. Alternatively, define one axis as the difference of two opposite ones "
+        "(for example d=p-n)";
   } else if (rows_for) {
     const std::string points = points_to_add(open.seen, rows_for, set.field.level_can_be_set());
     if (!points.empty()) {

@@ -132,8 +132,7 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   constexpr Eigen::Index fewest = parameters + 3;
   if (set.size() < fewest) {
     throw RefusedError(
-        formatted("method magnitude needs at least {} readings of two axes, but "
-                  "there are {}",
+        formatted("the method 'magnitude' needs at least {} readings of two axes, but there are {}",
                   fewest, set.size()));
   }
   require_response(set);
@@ -157,11 +156,10 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   constexpr double largest_relative_se = 0.1;
   const double worst = sd * std::sqrt(C.diagonal().maxCoeff());
   if (!(worst < largest_relative_se)) {
-    throw RefusedError(
-        formatted("method magnitude: the readings do not separate bias and sensitivity (standard "
-                  "errors of {} % of the field): turn the instrument by a whole revolution, and "
-                  "keep it level",
-                  number_text(std::round(100.0 * worst))));
+    throw RefusedError(formatted(
+        "method 'magnitude': the readings do not separate bias and sensitivity (standard errors of "
+        "{} % of the field): turn the instrument by a whole revolution, and keep it level",
+        number_text(std::round(100.0 * worst))));
   }
 
   Estimate estimate;

@@ -17,8 +17,9 @@
 namespace axiscal {
 namespace {
 
-// Returns the face of each reading as 2 * (main component of the field), plus 1 if this component
-// is negative. Returns nullopt if a field is not along a component, or if a face is missing.
+// Returns a number for the face of each reading: 2 * (index of the field's main component), plus 1
+// if this component is negative. Returns nullopt if a field is not along an axis of the sensor's
+// frame, or if a face is missing.
 std::optional<std::vector<int>> faces_met(const ReadingSet& set,
                                           const TableField& field,
                                           double F) {
@@ -96,7 +97,7 @@ Diagonal six_point_formula(const ReadingSet& set,
 }
 
 // The fitted biases b and scales s, with their 2m x 2m covariance. The covariance is that for
-// readings with noise of 1 field unit.
+// readings whose noise has a standard deviation of 1 field unit.
 struct LengthSolution {
   Diagonal at;
   Eigen::MatrixXd unscaled_covariance;
@@ -279,7 +280,8 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   statistics.interval_dof.resize(0);
   statistics.components.clear();
   statistics.lack_of_fit.clear();
-  // These diagnostics belong to the fit by the stated faces, which has other degrees of freedom.
+  // These diagnostics belong to the fit that takes the stated faces as exact. It has other degrees
+  // of freedom.
   statistics.studentized.setConstant(not_a_number);
   statistics.cooks_distance.setConstant(not_a_number);
   estimate.levelness.reset();
@@ -290,7 +292,7 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
                  "the field. A lean of the faces has almost no effect on bias and scale. The "
                  "readings do not determine the cross-axis terms, which are set to 0 (cross-axis "
                  "terms and lean together are about {} degrees). If the cube is square and the "
-                 "table is level, method known can fit the cross-axis terms",
+                 "table is level, the method 'known' can fit the cross-axis terms",
                  number_text(std::sqrt(transverse.mean()) * deg_per_rad, 2))});
   return true;
 }

@@ -34,7 +34,7 @@ bool can_be_checked(const Experiment& experiment,
 struct Noise {
   Eigen::VectorXd sd;
   double degrees_of_freedom = 0.0;
-  bool by_repeats = false;  // true: from repeats; false: from the residuals of the fit
+  bool by_repeats = false;  // true if estimated from repeats, false if from the fit's residuals
 };
 
 Noise noise_of(const FitStatistics& statistics) {
@@ -82,7 +82,7 @@ struct LengthSetup {
   const ReadingSet& set;
   const TableField& field;
   const Eigen::Matrix3d inverse;  // inverse of the sensitivity S
-  const Eigen::Vector3d pure;     // noise of each axis, relative to the residuals of the fit
+  const Eigen::Vector3d pure;     // noise of each axis, divided by residual_sd of the fit
   const Eigen::MatrixXd changes;  // derivatives of the readings with respect to the c errors of the
                                   // inputs, (n m) x c; m rows for each reading
 };

@@ -92,7 +92,8 @@ Fit::Fit(const SolvedReadings& run, const Estimate& estimate)
 // for the axis's design, and U_k is its matrix `take_up`.
 void Fit::find_root_of_shared() {
   const Eigen::Index D = shared();
-  constexpr double dependent = 1e-12;  // limit for the independent fraction of a column's square
+  // Limit for the fraction of a column's squared norm that is independent of the other columns.
+  constexpr double dependent = 1e-12;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < axes(); ++k) {
@@ -331,7 +332,7 @@ void WiderIntervals::widen(Eigen::Index parameter, double variance, double degre
     return;
   }
   statistics.interval_95(parameter) = interval;
-  // If the variance of this cause is smaller than that of the readings, the difference is chance,
+  // If the given variance is smaller than the present one, the difference is regarded as chance,
   // and the covariance does not change.
   const double more = std::max(variance - statistics.covariance(parameter, parameter), 0.0);
   statistics.covariance(parameter, parameter) += more;

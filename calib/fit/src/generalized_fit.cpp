@@ -45,7 +45,7 @@ const ScatterComponent* seats_of(const FitStatistics& statistics) {
 class GeneralizedFit {
  public:
   // @param layings  means over consecutive readings at one design point.
-  // @param run      the solver for these means.
+  // @param run      these means with their solution.
   // All references must outlive this object.
   GeneralizedFit(const Layings& layings,
                  const SolvedReadings& run,
@@ -271,7 +271,7 @@ class GeneralizedFit {
     return fit_->information(axis, axis) * variances_(axis) * variances_(axis);
   }
 
-  // Returns the squared field along an axis, times the root of the readings' weights.
+  // Returns for each reading the squared field along an axis, times the square root of the weight.
   [[nodiscard]] Eigen::VectorXd squares_of(const Fit& run, Eigen::Index k) const {
     const Eigen::VectorXd met = run.field_met(k) * run.sensitivity(k).normalized().transpose();
     return set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
@@ -342,7 +342,8 @@ class GeneralizedFit {
   const std::vector<InputQuantity>& inputs_;
   bool seats_;
   TableField field_;
-  Eigen::VectorXd variances_;  // of the noise of m axes; then of the seats if they are fitted
+  // the noise variances of the m axes, then the variance of the seats if it is fitted
+  Eigen::VectorXd variances_;
   Eigen::VectorXd smallest_;
   Eigen::MatrixXd coefficients_;  // p x m
   std::optional<VarianceFit> fit_;

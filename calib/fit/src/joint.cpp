@@ -47,7 +47,7 @@ RobustRound robust_round(const ReadingSet& set,
   return round;
 }
 
-// Linearises the run about a solution.
+// Linearises the model about a solution.
 Fit linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, solution.state, solution.sigma};
 }
@@ -90,8 +90,9 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
   return estimate;
 }
 
-// Determines the signs of S and f, because (S, f) and (-S, -f) fit equally well. If a direction of
-// the field is stated, the sign follows from it. Otherwise it follows from the expected sign of S.
+// Determines the sign of the field. The readings do not determine it, because a reversed field with
+// reversed sensitivities fits equally well. If a direction of the field is stated, the sign follows
+// from it. Otherwise it follows from the expected signs of the sensitivities.
 // @return true if the fields must be reversed; nullopt if neither criterion determines the sign.
 std::optional<bool> is_reversed(const ReadingSet& set,
                                 const Solution& state,

@@ -20,8 +20,8 @@
 namespace axiscal {
 namespace {
 
-// Returns the rows that a reading at another design point would add to the Jacobian. The table has
-// the slope of the first block.
+// Returns the rows that a reading at another design point would add to the Jacobian. The slope of
+// the table is that of the first block.
 Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
                               const JointSolution& solution,
                               const DesignPoint& point,
@@ -76,13 +76,13 @@ void require_direction(const Fit& run, const JointSolution& solution) {
                     {settings::site, settings::fence_azimuth, settings::field_table});
   }
   std::string advice =
-      formatted("add readings at {}, or use method known if the table is level", points);
+      formatted("add readings at {}, or use the method 'known' if the table is level", points);
   if (points.empty()) {
     advice = set.also_in_table.empty()
-                 ? "also take each rest face with the opposite fence face, or use method known if "
-                   "the table is level"
-                 : "use method known with the field's direction: the site and the fence's azimuth, "
-                   "or its vector in the table";
+                 ? "also take each rest face with the opposite fence face, or use the method "
+                   "'known' if the table is level"
+                 : "use the method 'known' and give the field's direction (the site and the "
+                   "fence's azimuth, or the field's vector in the table's frame)";
   }
   const std::string why = formatted("the readings do not determine {}{}; {}", joined(names),
                                     names.size() > 1 ? " together" : "", advice);
@@ -110,9 +110,10 @@ void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solu
   std::vector<std::string> names = parameter_names(axes, set.also_kinds, set.temperature.order);
   const std::string list = joined(names);
   throw RankDeficientError(
-      formatted("there are too few readings to determine {} together with the field's direction "
-                "and to check the fit; add readings{}, or use method known if the table is level",
-                list, points.empty() ? "" : " at " + joined(points, "; ")),
+      formatted(
+          "there are too few readings to determine {} together with the field's direction and to "
+          "check the fit; add readings{}, or use the method 'known' if the table is level",
+          list, points.empty() ? "" : " at " + joined(points, "; ")),
       std::move(names), {settings::method});
 }
 

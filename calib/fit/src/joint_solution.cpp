@@ -82,8 +82,8 @@ double misfit(const ReadingSet& set, const Solution& state) {
   return sum;
 }
 
-// Returns the angle between the fields of two solutions. (S, f) and (-S, -f) are regarded as equal.
-// Each part of the field is weighted by its size.
+// Returns the angle between the fields of two solutions. A field and its reverse are regarded as
+// equal. Each part of the field is weighted by its size.
 double angle_between(const Solution& a, const Solution& b) {
   double along = 0.0;
   double all = 0.0;
@@ -158,7 +158,9 @@ BestSolution best_solution(const ReadingSet& set,
   // The search makes a few rounds from each start. Then it continues from the best solution, and
   // from other solutions that fit equally well.
   constexpr double another_rad = 0.05;
-  constexpr double as_likely = 6.0;  // difference of -2 ln likelihood: a factor of 20
+  // Largest difference of -2 ln(likelihood) for an equally good fit; the likelihoods then differ by
+  // a factor of 20.
+  constexpr double as_likely = 6.0;
   const std::vector<std::shared_ptr<const Solution>> found = few_rounds_from(set, model, starts);
   const auto less = [&](const auto& a, const auto& b) { return misfit(set, *a) < misfit(set, *b); };
   const Solution& best = **std::min_element(found.begin(), found.end(), less);

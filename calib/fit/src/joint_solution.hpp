@@ -34,7 +34,7 @@ struct BestSolution {
 /// Throws if the readings do not determine the coefficients and the field's directions together.
 /// @throws RankDeficientError  The message names the undetermined coefficients and the design
 ///                             points to add.
-/// @param run  the run linearised about the solution; its condition number is large.
+/// @param run  the model linearised about the solution; its condition number is large.
 void require_direction(const Fit& run, const JointSolution& solution);
 
 /// Throws if an axis has no spare degree of freedom. Its uncertainty would be unknown, the fit

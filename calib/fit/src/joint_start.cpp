@@ -119,7 +119,8 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     const Eigen::Index end = set.end_of_alike(first, set.weights);
     const std::vector<Eigen::Index> used = used_rows(set, rows, first);
     const Eigen::MatrixXd design = design_of_directions(set, used, first);
-    constexpr double smallest_pivot = 1e-13;  // relative to the largest; below it is rounding error
+    // Limit of a pivot, relative to the largest one. Smaller pivots are rounding errors.
+    constexpr double smallest_pivot = 1e-13;
     std::optional<Factor> qr;
     if (design.rows() >= design.cols()) {
       qr.emplace(design, smallest_pivot);

@@ -12,9 +12,11 @@ namespace axiscal {
 
 /// Computes the directions of the field's parts by linear regression.
 ///
-/// Let R_i be the rotation from the table's frame to the sensor's frame at reading i. If the rows
-/// [1, vec R_i] have rank 10, the regression gives M_k = S_k^T f^T for each axis. The direction of
-/// f is the first right singular vector of the matrices M_k stacked below each other.
+/// Let R_i be the rotation from the table's frame to the sensor's frame at reading i, and vec R_i
+/// its nine elements. If the rows [1, vec R_i] have rank 10, the regression gives the matrix M_k =
+/// S_k^T f^T for each axis k. S_k is the row of the sensitivity matrix, and f the field in the
+/// table's frame. The direction of f is the first right singular vector of the matrices M_k stacked
+/// below each other.
 ///
 /// For the sum of a local and an induced part, the columns are [1, vec R_i, level_i vec R_i], and
 /// the rank is 19.

@@ -83,7 +83,7 @@ void test_levelness(const SolvedReadings& run, Estimate& estimate) {
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
                                     : DeletionFit(run, estimate.field);
   const auto count = static_cast<double>(faces.size());
-  double smallest = 1.0 / count;  // start: the p-value of all faces is then 1
+  double smallest = 1.0 / count;  // count * smallest, the p-value of all faces, starts at 1
   bool tell = false;
   const FacePairs* suspect = nullptr;
   FaceContrasts contrasts;

@@ -59,10 +59,11 @@ void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& line
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
-        formatted("the orientations do not determine {}; method magnitude requires at least nine "
-                  "directions that only one ellipsoid fits. A cube on a level table gives only six "
-                  "directions: add oblique orientations, or give the design points",
-                  list),
+        formatted(
+            "the orientations do not determine {}; the method 'magnitude' requires at least nine "
+            "different directions, spread so that they determine one ellipsoid. A cube on a level "
+            "table gives only six directions: add oblique orientations, or give the design points",
+            list),
         std::move(open));
   }
 }
@@ -111,10 +112,10 @@ void require_enough_places(const EllipsoidCloud& cloud) {
   }
   if (20 * loose < cloud.size()) {
     throw RankDeficientError(
-        formatted("the readings are in {} orientations, but method magnitude requires nine or "
-                  "more: add oblique orientations, or give the rest face of each reading (column "
-                  "'rest')",
-                  first.size()),
+        formatted(
+            "the readings are in {} orientations, but the method 'magnitude' requires nine or "
+            "more: add oblique orientations, or give the rest face of each reading (column 'rest')",
+            first.size()),
         {});
   }
 }
@@ -176,8 +177,8 @@ Eigen::MatrixXd noise_of(const EllipsoidCloud& cloud, RandomStream& random) {
   return noise;
 }
 
-// Returns the bias of the estimate that noise causes. It is the mean of the fits to simulated
-// readings minus the fit, and is proportional to the variance of the noise.
+// Returns the bias that noise causes in the estimate: the mean of fits to simulated readings, minus
+// the fit. It is proportional to the variance of the noise.
 EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const EllipsoidFit& fit) {
   constexpr int pairs = 40;
   // Repeated readings in the same directions do not change the bias, so this many rows are enough.
@@ -235,8 +236,9 @@ bool is_plain_noise(const EllipsoidFit& fit) {
          n * student_t_two_sided_p(largest, fit.dof) > 1e-3;
 }
 
-// Returns the derivative of [b_k, S_k] of the three axes with respect to b and the six entries of
-// A; 12 x 9. S_k is row k of S.
+// Returns the derivative of the biases and sensitivities with respect to the parameters of the
+// ellipsoid, which are b and six entries of A = S^-1; 12 x 9. The rows are the bias and the three
+// sensitivities of each axis.
 Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   const Eigen::Matrix3d S = at.A.inverse();
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(12, ellipsoid_parameters);
@@ -284,8 +286,8 @@ Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) 
   return all;
 }
 
-// Returns the changes of b and S if each tenth of the readings in turn is left out; 12 x 10, in the
-// cloud's units.
+// Returns the changes of biases and sensitivities if each tenth of the readings in turn is left
+// out; 12 x 10, in the cloud's units.
 // @param independent  receives the number of independent readings that the recording is equivalent
 //                     to.
 Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
@@ -387,8 +389,9 @@ Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
   return sizes;
 }
 
-// @return true if consecutive steps of the field are correlated, as they are while an instrument
-//         turns. Readings at rest may be in any order, so their steps are not correlated.
+// @return true if consecutive changes of the field from reading to reading are correlated, as they
+//         are while an instrument turns. Readings at rest may be in any order, so their changes are
+//         not correlated.
 bool turned_steadily(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   constexpr double alike = 0.5;  // correlation of consecutive steps
   const Eigen::MatrixX3d f = (cloud.v.rowwise() - at.b.transpose()) * at.A.transpose();
@@ -534,7 +537,7 @@ void require_determined(const ReadingSet& set,
   const double worst = std::max(se.head<3>().maxCoeff() * size, se.tail<6>().maxCoeff() / size);
   if (worst > largest_relative_se || bias_in_se > largest_bias_in_se) {
     throw RefusedError(formatted(
-        "method magnitude: the readings do not separate bias and sensitivity ({}): {}",
+        "method 'magnitude': the readings do not separate bias and sensitivity ({}): {}",
         worst > largest_relative_se ? formatted("standard errors of {} % of the field",
                                                 number_text(std::round(100.0 * worst)))
                                     : formatted("the noise causes a bias of {} standard errors",
@@ -551,13 +554,13 @@ Estimate estimate_magnitude(const ReadingSet& set,
                             const Eigen::Matrix3d& noise,
                             bool squares) {
   if (set.axis_count() != 3) {
-    throw RefusedError(
-        formatted("method magnitude needs an instrument of three axes, not {}", set.axis_count()));
+    throw RefusedError(formatted(
+        "the method 'magnitude' needs an instrument with three axes, not {}", set.axis_count()));
   }
   if (set.size() < ellipsoid_parameters + 1) {
     throw RefusedError(
-        formatted("method magnitude needs at least ten readings in different orientations, but "
-                  "there are {}",
+        formatted("the method 'magnitude' needs at least ten readings in different orientations, "
+                  "but there are {}",
                   set.size()));
   }
   require_response(set);

@@ -13,8 +13,8 @@
 namespace axiscal {
 namespace {
 
-// Returns the covariance of [b_k, S_k] of each axis in another frame. A field f has the coordinates
-// R f in this frame.
+// Transforms the covariance of the biases and sensitivities to another frame, in which a field f
+// has the coordinates R f.
 Eigen::MatrixXd turned(const Eigen::Matrix3d& R, const Eigen::MatrixXd& covariance) {
   Eigen::MatrixXd T = Eigen::MatrixXd::Identity(covariance.rows(), covariance.rows());
   for (Eigen::Index first = 0; first < covariance.rows(); first += 4) {
@@ -125,8 +125,8 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
   const Eigen::Vector3d in_table =
       F * (linear.size() == 3 ? Eigen::Vector3d(linear) : Eigen::Vector3d::UnitZ());
   const AlignmentProblem problem(set, fields_of_readings(estimate.response, set.response), F);
-  // The points give the direction of the field up to its sign. The sign with the smaller sum of
-  // squares is used.
+  // The design points determine the direction of the field only up to its sign. The sign with the
+  // smaller sum of squares is used.
   PointAlignment best = gauss_newton(problem, problem.start(in_table)).state;
   const PointAlignment other = gauss_newton(problem, problem.start(-in_table)).state;
   if (problem.cost(other, {}) < problem.cost(best, {})) {

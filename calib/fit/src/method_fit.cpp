@@ -24,7 +24,8 @@ const MethodFit& method_fit(Method method) {
   const auto found = std::find_if(fits.begin(), fits.end(),
                                   [&](const MethodFit& fit) { return fit.method == method; });
   if (found == fits.end()) {
-    throw DomainError(formatted("method {} has no fit by poses", method_name(method)));
+    throw DomainError(
+        formatted("the method '{}' cannot fit readings with design points", method_name(method)));
   }
   return *found;
 }

@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-// Returns an orthonormal basis of the vectors of B values that sum to 0; B x (B - 1).
+// Returns an orthonormal basis of the vectors whose `count` elements sum to 0, as columns.
 Eigen::MatrixXd contrasts(std::size_t count) {
   return orthogonal_complement(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(count)));
 }
@@ -27,8 +27,8 @@ double squares_at(const Solution& solution, const Eigen::VectorXd& sigma) {
   return sum;
 }
 
-// Returns the change of the temperature scales, m x order. It is computed from the coefficients of
-// the columns d^j (S f). d is the difference from the reference temperature.
+// Returns the change of the coefficients of the temperature scales, m x order. It is computed from
+// the coefficients of the columns d^j (S f), see TemperatureTerms.
 Eigen::MatrixXd change_of_scale(const ReadingSet& set, const Solution& solution) {
   const int order = set.temperature.order;
   Eigen::MatrixXd change = Eigen::MatrixXd::Zero(set.axis_count(), order);
@@ -54,7 +54,9 @@ Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigm
     information += weight * solution.axes[k].sums.information;
     whole += weight * solution.axes[k].shared_squares.sum();
   }
-  constexpr double clear = 1e-6;  // remaining fraction of squares; above it, `information` suffices
+  // If more than this fraction of the squared norms remains after projection, `information` is
+  // accurate enough.
+  constexpr double clear = 1e-6;
   const PositiveFactor cholesky(information);
   if (cholesky.is_determined(clear) && (information.diagonal().array() > clear * whole).all()) {
     return cholesky.root_of_inverse();
@@ -215,8 +217,8 @@ std::optional<ReadingSet> Model::readings_at(const Place& place) const {
   return set;
 }
 
-// Returns the derivatives of the field with respect to the rotations of the mounts. A rotation d of
-// the instrument changes the field f in its frame by d x f = -[f]x d.
+// Returns the derivatives of the field with respect to the rotations of the mounts. A rotation
+// vector d of the instrument changes the field f in the sensor's frame by d cross f = -(f cross d).
 Eigen::MatrixXd Model::changes_with_mounts(const ReadingSet& set, const Place& place) const {
   const Eigen::MatrixXd C = contrasts(free_mounts_.size());
   Eigen::MatrixXd changes(3 * set.size(), 3 * C.cols());

@@ -15,8 +15,8 @@ namespace axiscal {
 namespace {
 
 // If the response to the light is less than this fraction of an axis's full response, the axis does
-// not use the reading. The edge of a housing may shade the axis at such angles, and noise could
-// decide whether the reading is used.
+// not use the reading. At such angles, the edge of a housing may shade the axis. Without this
+// limit, noise could also decide whether the reading is used.
 constexpr double grazing = 0.05;
 
 // The readings that each axis uses, and the lights that it sees.

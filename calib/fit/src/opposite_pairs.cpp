@@ -14,8 +14,9 @@
 namespace axiscal {
 namespace {
 
-// Limit of the pivot for the slope from one face. Below it, a component of the slope appears only
-// through cross-axis terms, and the face has no estimate of its own.
+// Limit of the pivot in the fit of the slope to one face. If the pivot is smaller, a component of
+// the slope affects the readings only through cross-axis terms, and the face gets no separate
+// estimate.
 constexpr double smallest_pivot_of_a_face = 0.2;
 
 // The weighted mean of some readings of an axis. If the axis uses none of these readings, the
@@ -52,8 +53,8 @@ Eigen::Matrix3d mean_met(const ReadingSet& set, std::span<const std::size_t> row
   return weights > 0.0 ? Eigen::Matrix3d(sum / weights) : set.met_of_field(rows.front());
 }
 
-// The least-squares solution for the two components of the field in the table's plane. It uses the
-// differences of one face or several.
+// The least-squares solution for the two components of the field in the table's plane, from the
+// half differences of one or more faces.
 struct PlaneFit {
   bool determined = false;
   Eigen::Vector2d f = Eigen::Vector2d::Zero();
@@ -62,7 +63,8 @@ struct PlaneFit {
   Eigen::Index rows = 0;
 };
 
-// The differences of one rest face in one block. They are consecutive rows of `Differences`.
+// The half differences of the pairs with one rest face in one block. They are consecutive rows of
+// `Differences`.
 struct FaceDifferences {
   const OppositePair* pair = nullptr;  // the first pair of the face
   Eigen::Index first = 0;
@@ -72,8 +74,8 @@ struct FaceDifferences {
 
 using Faces = std::vector<const FaceDifferences*>;
 
-// Weighted equations d = G f, ordered by faces. f contains the two components of the field in the
-// table's plane.
+// Weighted equations d = G f, ordered by faces. d contains the half differences of the readings,
+// and f the two components of the field in the table's plane.
 struct Differences {
   std::vector<FaceDifferences> faces;
   Eigen::MatrixX2d G;
@@ -352,7 +354,7 @@ void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
     estimate.levelness = levelness_of(set, find_opposite_pairs(set).pairs, estimate, F);
     return;
   }
-  ReadingSet counted = set;  // without the readings of robust weight 0
+  ReadingSet counted = set;  // becomes the set without the readings of robust weight 0
   counted.weights = (robust.array() == 0.0).select(0.0, counted.weights);
   estimate.levelness = levelness_of(counted, find_opposite_pairs(counted).pairs, estimate, F);
 }

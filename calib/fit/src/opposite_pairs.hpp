@@ -15,13 +15,13 @@ namespace axiscal {
 /// The readings of two opposite positions: the same rest face and opposite fence faces, so the cube
 /// is turned by 180 degrees on the table.
 struct OppositePair {
-  DesignPoint point;  // rest face with the positive fence face
+  DesignPoint point;  // the common rest face, and the positive one of the two fence faces
   int block = 1;
   FieldLevel level;
   int soak = 0;                         // index of the temperature level of the readings
   std::size_t levelness = 0;            // index of the table's slope, from ReadingSet::tilt_of()
-  std::span<const std::size_t> first;   // readings at `point`
-  std::span<const std::size_t> second;  // readings with the opposite fence face
+  std::span<const std::size_t> first;   // indices of the readings at `point`
+  std::span<const std::size_t> second;  // indices of the readings with the opposite fence face
   // The next three have m entries each; they are empty if averages were not computed. v_a and v_b
   // are the mean readings of `first` and `second`; w_a and w_b are the sums of their weights.
   Eigen::Map<const Eigen::VectorXd> mean{nullptr, 0};             // (v_a + v_b) / 2
@@ -38,10 +38,10 @@ struct OppositePair {
 /// temperature; repeats are averaged.
 struct OppositePairs {
   std::vector<OppositePair> pairs;    // ordered by the first reading of each pair
-  std::vector<std::size_t> unpaired;  // readings without an opposite position
+  std::vector<std::size_t> unpaired;  // indices of the readings that have no opposite reading
   // The arrays to which the spans and maps of the pairs point.
   std::vector<std::size_t> readings;
-  Eigen::MatrixXd averages;  // m x 3 for each pair
+  Eigen::MatrixXd averages;  // m x 3 for each pair: its mean, half_difference and weights
 
   OppositePairs() = default;
   OppositePairs(OppositePairs&&) = default;

@@ -19,13 +19,13 @@
 namespace axiscal {
 namespace {
 
-// The average of two opposite positions (opposite fence faces) contains only the field's component
-// along the table's normal. If this component is small, the relative errors are large, in
-// proportion to F divided by the component.
+// Smallest accepted component of the field along the table's normal, as a fraction of the field's
+// magnitude. The average of two opposite positions (opposite fence faces) contains only this
+// component, so a small component makes the relative errors large.
 constexpr double smallest_normal_part = 0.05;
 constexpr const char* in_plane_message =
-    "method paired: the field lies almost in the table's plane, so it cancels in averages of "
-    "opposite positions; use method joint";
+    "method 'paired': the field lies almost in the table's plane, so it cancels in averages of "
+    "opposite positions; use the method 'joint'";
 
 // The pseudo-observations. Each one pools the pairs with the same rest face, block, soak level and
 // field level.
@@ -93,8 +93,9 @@ struct AxesData {
   std::shared_ptr<const FactoredDesign> factored;
 };
 
-// Returns the row of a pair. If the design has columns for temperature or drift, for example, the
-// row is the mean of the rows of the pair's readings. Otherwise the mean rotation gives the row.
+// Returns the design row of a pair. If the design has further columns, for example for temperature
+// or drift, this is the mean of the design rows of the pair's readings. Otherwise it is the row for
+// the mean rotation of the pair.
 Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
                                const OppositePair& pair,
                                Eigen::Index axis,
@@ -238,9 +239,9 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
   OppositePairs opposites = find_opposite_pairs(set);
   if (opposites.pairs.empty()) {
     throw RefusedError(
-        "method paired: no reading has its opposite (same rest face, block and level; opposite "
-        "fence face); also take each rest face with the opposite fence face, or use method joint "
-        "or known",
+        "method 'paired': no reading has its opposite (same rest face, block and level; opposite "
+        "fence face). Also take each rest face with the opposite fence face, or use the method "
+        "'joint' or 'known'",
         {settings::method});
   }
   const Pooled pooled(opposites.pairs);
@@ -281,8 +282,9 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
     }
     if (!levelness && field.size() > 1) {
       throw RefusedError(
-          "level by block: a block has too few opposite readings to determine the slope of the "
-          "table; add opposite readings, or use one slope for the whole run");
+          "one slope for each block ('level_by'): a block has too few opposite readings to "
+          "determine the slope of the table; add opposite readings, or use one slope for the whole "
+          "run");
     }
     const TableField next = levelness ? turned_by(*levelness, F, field) : field;
     double turn = 0.0;

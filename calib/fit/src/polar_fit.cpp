@@ -40,8 +40,8 @@ class PolarProblem {
     linear.residuals = residuals(at);
     linear.jacobian.resize(response_.size(), 4);
     linear.jacobian.col(0).setOnes();
-    // The row is linear in the sensitivity. Its derivatives with respect to the angles are rows
-    // with other angles.
+    // The row of the sensitivity matrix is proportional to the sensitivity. Its derivatives with
+    // respect to the two angles have the same form as the row, but with other angles.
     PolarParameters unit = at;
     unit(1) = 1.0;
     linear.jacobian.col(1) = along(unit);

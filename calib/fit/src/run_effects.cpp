@@ -12,8 +12,9 @@
 namespace axiscal {
 namespace {
 
-// Returns an orthonormal basis of the changes of B values that sum to 0; B x (B - 1). If
-// `without_trend` is true, the changes also have no linear trend over `at`; B x (B - 2).
+// Returns an orthonormal basis of the vectors of B elements that sum to 0; B x (B - 1). B is the
+// size of `at`. If `without_trend` is true, the vectors also have no linear trend over `at`; the
+// result is then B x (B - 2).
 Eigen::MatrixXd contrasts(const Eigen::VectorXd& at, bool without_trend) {
   const Eigen::Index B = at.size();
   Eigen::MatrixXd fixed(B, without_trend ? 2 : 1);

@@ -128,7 +128,8 @@ double p_by_magnitude(const ReadingSet& set,
 std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
                                           const Estimate& estimate,
                                           const SaturationSearch& search) {
-  // Limit of the p-value. In simulations, it reports at most 0.2 % of the runs without saturation.
+  // Limit of the p-value. With this limit, at most 0.2 % of simulated runs without saturation are
+  // reported.
   constexpr double false_alarm = 0.02;
   const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);

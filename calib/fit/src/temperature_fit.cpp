@@ -31,12 +31,12 @@ void require_temperatures(const ReadingSet& set) {
     }
   }
   const std::string list = joined(names);
-  throw RankDeficientError(formatted("readings at {}{} do not determine {}; order {} needs {} "
-                                     "temperatures: add readings at another temperature, or use "
-                                     "order {}",
-                                     count, count == 1 ? " temperature" : " temperatures", list,
-                                     order, order + 1, count - 1),
-                           std::move(names), {settings::temperature_order});
+  throw RankDeficientError(
+      formatted("readings at {}{} do not determine {}; temperature order {} needs {} temperatures: "
+                "add readings at another temperature, or use temperature order {}",
+                count, count == 1 ? " temperature" : " temperatures", list, order, order + 1,
+                count - 1),
+      std::move(names), {settings::temperature_order});
 }
 
 // Throws if the readings do not determine the temperature terms. Each temperature needs readings

@@ -65,8 +65,8 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   if (!set.also_in_table.empty()) {
     return all;
   }
-  // The fields minus their mean. A constant component of the fields, for example on a cone about an
-  // axis, belongs to the biases.
+  // The mean is subtracted from the fields. A component that is equal in all fields, for example if
+  // the fields lie on a cone about an axis, cannot be distinguished from the biases.
   const Eigen::ArrayXd used = (set.weights.array() > 0.0).rowwise().any().cast<double>();
   Eigen::MatrixXd fields = design.middleCols<3>(1);
   const double size = fields.norm();

@@ -60,7 +60,7 @@ SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& o
       1 + std::count_if(system.turns.begin() + 1, system.turns.end(),
                         [](const GyroscopeTurn& turn) { return !turn.follows; });
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(3 * n, 1 + 2 * chains);
-  Eigen::Matrix3d sensor_from_table;  // up is the last column
+  Eigen::Matrix3d sensor_from_table;  // the last column is the upward vertical
   Eigen::Index chain = -1;
   for (Eigen::Index i = 0; i < n; ++i) {
     const GyroscopeTurn& turn = system.turns[static_cast<std::size_t>(i)];
@@ -399,7 +399,7 @@ class TurnWeighing {
   const RestFit& rests_;
   std::vector<std::pair<Eigen::Index, Eigen::Index>> units_;
   std::vector<SharedErrors> shared_;
-  Eigen::Index rows_ = 0;  // rows of each unit; in short units the last ones are 0
+  Eigen::Index rows_ = 0;  // number of rows of each unit; shorter units end with rows of zeros
   std::vector<Eigen::MatrixXd> to_apart_;
   VarianceProblem problem_;
   Eigen::Index bias_columns_ = 0;

@@ -52,8 +52,9 @@ class TurnSet {
   }
 
   struct State {
-    Eigen::VectorXd residuals;               // 3 for each turn
-    Eigen::MatrixXd jacobian;                // 3 n x 12: derivatives by B (row by row) and the bias
+    Eigen::VectorXd residuals;  // 3 entries for each turn
+    // 3 n x 12: derivatives with respect to B (row by row) and to the bias
+    Eigen::MatrixXd jacobian;
     std::vector<Eigen::Matrix3d> rotations;  // R(T) of each turn, relative to the Earth
     [[nodiscard]] double cost() const { return residuals.squaredNorm(); }
   };
@@ -68,7 +69,8 @@ class TurnSet {
       const auto t = static_cast<std::size_t>(i);
       const GyroscopeTurn& turn = turns_[t];
       const Eigen::Matrix3d& R = state.rotations.emplace_back(earth_[t] * rotation_of(turns[t]));
-      Eigen::Matrix<double, 3, 12> turned;  // derivative of R's rotation vector by each unknown
+      // derivative of the rotation vector of R with respect to each unknown
+      Eigen::Matrix<double, 3, 12> turned;
       for (Eigen::Index row = 0; row < 3; ++row) {
         for (Eigen::Index pq = 0; pq < 9; ++pq) {
           turned(row, pq) =
@@ -383,8 +385,8 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   fit.degrees_of_freedom = informative - static_cast<double>(unknowns);
   if (fit.degrees_of_freedom < 1.0) {
     throw RefusedError(
-        formatted("{} turns are too few for the {} unknowns of a gyroscope; turn it from rest to "
-                  "rest {} times or more",
+        formatted("{} turns are too few for the {} unknowns of a gyroscope; turn the gyroscope "
+                  "from rest to rest {} times or more",
                   turns.size(), unknowns, fit.has_rotations ? "five" : "seven"));
   }
   const TurnProblem problem(turns, options.fit_bias);
@@ -487,11 +489,10 @@ Calibration turn_calibration(const TurnFit& fit,
                              : " between rests with attitudes from the "
                                "accelerometer",
            number_text(fit.residual_sd_rad * deg_per_rad, 3),
-           fit.rest_sd_rad > 0.0
-               ? formatted("; the part from the attitude at a rest, which two turns share, is {} "
-                           "degrees",
-                           number_text(fit.rest_sd_rad * deg_per_rad, 3))
-               : std::string())});
+           fit.rest_sd_rad > 0.0 ? formatted("; of this, the error of the attitude at a rest, "
+                                             "which two consecutive turns share, causes {} degrees",
+                                             number_text(fit.rest_sd_rad * deg_per_rad, 3))
+                                 : std::string())});
   if (!fit.converged) {
     add_warning(record, {.code = WarningCode::not_converged,
                          .message = "the fit of the turns did not converge in 50 rounds; check "

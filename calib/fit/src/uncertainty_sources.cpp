@@ -103,8 +103,9 @@ class BudgetMaker {
         change * change.transpose());
   }
 
-  // An error of the reference scales all readings, and with them biases and sensitivities. Relative
-  // quantities (the scale over temperature) do not change.
+  // Adds the uncertainty of the reference of the readings' unit, for example of a voltmeter. Its
+  // error multiplies all readings, biases and sensitivities by one factor. The coefficients of the
+  // temperature scale are relative and do not change.
   void add_reference() {
     const double u = experiment_.stated.reference_u;
     if (!(u > 0.0)) {
@@ -143,8 +144,8 @@ class BudgetMaker {
         change * change.transpose());
   }
 
-  // Linearises the run about the fit, at the first call. If the residuals are 0, the directions are
-  // treated as known.
+  // Returns the model linearised about the fit. It is computed at the first call. If the residuals
+  // are 0, the directions are treated as known.
   [[nodiscard]] const Fit& run() {
     if (!run_) {
       const bool known = method_kind(calibration_.fit.method).directions_known ||

@@ -93,7 +93,7 @@ std::string sentence(const SuspectRun& run, const Explanation& explanation) {
   const std::string who =
       correction.runs.empty() ? std::string("the run") : name_of_runs(correction.runs);
   const bool one = correction.runs.size() < 2;
-  return formatted("{}{}{} times better {}{}. {}", who, one ? ": fits " : ": fit ",
+  return formatted("{}{}{} times better {}{}. {}", who, one ? " fits " : " fit ",
                    better(run, explanation.fit), explanation.words, expected_words(run, correction),
                    advice_of(correction));
 }

@@ -22,8 +22,9 @@ constexpr double false_alarm = 0.016;
 // The axes' noise clearly differs if the test for equal scatter has a p-value below this.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
-// Levels of significance for runs that have enough readings to test each one against the others.
-// The first is that of this test. The second is that of the tests for other kinds of mistakes.
+// Levels of significance for runs that have enough readings to test each reading against the other
+// readings. The first level is used in this test of single readings. The second level is used in
+// the tests for all other kinds of mistakes.
 constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
 
@@ -175,8 +176,8 @@ class WeighedFit {
   Round second_;
 };
 
-// A reading, and the sum over its axes in Fisher's method. A larger sum means a less likely
-// reading.
+// The index of a reading, and the sum of -2 ln p over its axes (Fisher's method), where p is the
+// p-value of one axis. A larger sum means a less likely reading.
 struct Unlikely {
   std::size_t reading = 0;
   double sum = 0.0;

@@ -21,8 +21,8 @@ inline constexpr double may_be_equal = 0.5;
 /// leaves out one reading is repeated with each axis weighted by its scatter.
 [[nodiscard]] bool is_suspicious(const SuspectRun& run);
 
-/// Tests whether the readings contradict each other, by nested F tests of the possible mistakes of
-/// all classes.
+/// Tests whether the readings contradict each other, by nested F tests for all kinds of mistakes.
+/// @return true if they do.
 /// @param run  the run, after fit_single_deletions(). This function calls fit_pair_deletions(). If
 ///             the noise of the axes clearly differs, it also calls weigh_axes_by().
 [[nodiscard]] bool is_bad(SuspectRun& run);
@@ -31,8 +31,8 @@ inline constexpr double may_be_equal = 0.5;
 [[nodiscard]] double scatter_reduction_factor(const SuspectRun& run, const HypothesisFit& fit);
 
 /// Returns true if the scatter of the plain fit is more than 1.15 times the scatter under a
-/// hypothesis. If the run has independent readings, a statistically significant reduction of the
-/// scatter is enough.
+/// hypothesis. If SuspectRun::has_independent_readings() is true, a smaller reduction also counts,
+/// provided that it is statistically significant.
 [[nodiscard]] bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with);
 
 }  // namespace axiscal

@@ -17,13 +17,13 @@ namespace axiscal {
 struct HypothesisFit {
   bool fitted = false;  ///< false if the readings do not determine the fit
   TableField field;
-  Eigen::MatrixXd coefficients;        ///< p x m
-  Eigen::VectorXd rss;                 ///< m: sums of squares, in units of the axes' scales
-  Eigen::VectorXd degrees_of_freedom;  ///< m
+  Eigen::MatrixXd coefficients;        ///< p x m: the p coefficients of each axis
+  Eigen::VectorXd rss;                 ///< m: sum of squares of each column of `residuals`
+  Eigen::VectorXd degrees_of_freedom;  ///< m: degrees of freedom of each entry of `rss`
   double loss = 1.0;                   ///< dof_reduction_factor() of the residuals
   Eigen::VectorXd added;               ///< q: estimated coefficients of the added columns
-  Eigen::VectorXd information;         ///< q: inverse variances of `added`, for noise of one scale
-  Eigen::MatrixXd residuals;           ///< n x m: weighted, in units of the axes' scales
+  Eigen::VectorXd information;         ///< q: inverse variance of each entry of `added`
+  Eigen::MatrixXd residuals;           ///< n x m: weighted residuals, divided by the axis's scale
   std::shared_ptr<const Fit> fit;      ///< null after forget_readings()
 
   /// Frees the members that have an entry for each reading.
@@ -47,13 +47,13 @@ class HypothesisFitter {
   /// @param field        the field. It is fixed if `known_field` is true; otherwise it is the start
   ///                     of the fit.
   /// @param known_field  true if the directions of the field are given.
-  /// @param scale        m: the unit of each axis's residuals.
+  /// @param scale        m entries: the number by which the residuals of each axis are divided.
   HypothesisFitter(TableField field, bool known_field, Eigen::VectorXd scale)
       : field_(std::move(field)), known_field_(known_field), scale_(std::move(scale)) {}
 
   /// @param given    the readings, changed as the hypothesis states; must outlive
   ///                 HypothesisFit::fit of the result.
-  /// @param without  positions of readings to leave out.
+  /// @param without  indices of the readings to leave out.
   /// @param added    the columns that the hypothesis adds; may be empty.
   [[nodiscard]] HypothesisFit fit(const ReadingSet& given,
                                   const std::vector<std::size_t>& without = {},

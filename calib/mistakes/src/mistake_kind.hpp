@@ -27,7 +27,7 @@ struct Explanation {
   double likelihood = 0.0;  // natural logarithm of the likelihood
   HypothesisFit fit;
   Correction correction;
-  std::string words;  // the words after "run 7: fits 3 times better "
+  std::string words;  // the words after "run 7 fits 3 times better "
 };
 
 /// The explanations of a run, in the order in which they were added.
@@ -37,7 +37,8 @@ class Explanations {
   /// @param fit           the fit under the explanation.
   /// @param ranges        the range of each parameter that the explanation adds.
   /// @param alternatives  the number of explanations of the same kind.
-  /// @param surely        added to the log-likelihood, for evidence other than the fit.
+  /// @param surely        number that is added to the log-likelihood because of evidence other than
+  ///                      the fit.
   void add(HypothesisFit fit,
            const std::vector<double>& ranges,
            double alternatives,
@@ -108,7 +109,8 @@ void add_mistake_kind(const MistakeKind& kind);
 /// If a hypothesis adds no parameters (for example a changed pose), the F test does not apply, and
 /// the result is 1.
 /// @param dof   the degrees of freedom of `total`.
-/// @param loss  divides the degrees of freedom of both sums of squares (dof_reduction_factor()).
+/// @param loss  number by which the degrees of freedom of both sums of squares are divided; see
+///              dof_reduction_factor().
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
 /// Returns nested_f_p() for the residuals perpendicular to the field of each reading, or 0 if the

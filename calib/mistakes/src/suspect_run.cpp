@@ -115,7 +115,8 @@ std::vector<std::size_t> SuspectRun::largest_residuals(std::size_t most) const {
   return first_of(all, most);
 }
 
-// Returns the rows of these readings among all n m rows, which are sorted by axis.
+// Returns the indices of these readings' rows in a matrix of n m rows. The rows of axis 0 come
+// first, then those of axis 1, and so on.
 std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& readings) const {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < m(); ++k) {
@@ -128,8 +129,8 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
 
 namespace {
 
-// Returns e^T (1 - H)^-1 e, where e contains the residuals of the deleted readings and H is the
-// part of the hat matrix for these readings.
+// Returns the decrease of the sum of squares if readings are deleted. It is e^T (1 - H)^-1 e, where
+// e contains the residuals of these readings and H is their part of the hat matrix.
 // @tparam Count  the number of rows, if it is known at compile time.
 // @tparam Most   the largest possible number of rows; a small number avoids heap memory.
 template <int Count, int Most>
@@ -147,8 +148,8 @@ double drop_of_rows(const HypothesisFit& fit,
       M(a, b) = (a == b ? 1.0 : 0.0) - fit.fit->hat(a % m, i, b % m, j);
     }
   }
-  // A pivot is 0 if only a deleted reading determines a coefficient. Its residual then contains no
-  // information, and the result is 0.
+  // A pivot is 0 if only a deleted reading determines a coefficient. The residual of this reading
+  // then contains no information, and the result is 0.
   return squares_by(M, e, 1e-9);
 }
 

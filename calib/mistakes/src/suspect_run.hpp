@@ -41,7 +41,7 @@ class SuspectRun {
   [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(set_.size()); }
   [[nodiscard]] int run_of(std::size_t i) const { return set_.readings[i].run; }
 
-  /// Positions of the readings in the order in which they were taken.
+  /// Indices of the readings, in the order in which the readings were taken.
   [[nodiscard]] const std::vector<std::size_t>& order() const { return order_; }
 
   /// True if the ratio of the axes' noise was stated.
@@ -54,11 +54,11 @@ class SuspectRun {
   /// reduces the sum of squares too little.
   [[nodiscard]] const HypothesisFit& without(std::size_t i) const { return deletions_[i]; }
 
-  /// Positions of the readings, sorted by the reduction of the sum of squares that their deletion
-  /// causes, the largest first.
+  /// Indices of the readings, sorted by how much the deletion of the reading reduces the sum of
+  /// squares, the largest reduction first.
   [[nodiscard]] const std::vector<std::size_t>& ranked_by_deletion() const { return by_deletion_; }
 
-  /// The best fit without two readings, and the positions of these two readings.
+  /// The best fit without two readings, and the indices of these two readings.
   [[nodiscard]] const HypothesisFit& best_pair() const { return best_pair_; }
   [[nodiscard]] const std::array<std::size_t, 2>& pair() const { return pair_; }
 
@@ -73,7 +73,7 @@ class SuspectRun {
   /// @param clean  a fit without the worst readings.
   void weigh_axes_by(const HypothesisFit& clean);
 
-  /// The full response |S_k| F of axis k [unit].
+  /// The full response of axis k [unit]: the norm of its sensitivities times the field's magnitude.
   [[nodiscard]] double full_response(Eigen::Index k) const {
     return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.field.magnitude();
   }
@@ -87,8 +87,8 @@ class SuspectRun {
 
   [[nodiscard]] std::vector<std::size_t> largest_residuals(std::size_t most) const;
 
-  /// Return the reduction of the sum of squares, to first order, if some readings are left out, or
-  /// if columns are added.
+  /// These two functions return the reduction of the sum of squares, to first order: the first if
+  /// some readings are left out, the second if columns are added to the fit.
   [[nodiscard]] double rss_drop_without_readings(const HypothesisFit& fit,
                                                  std::span<const std::size_t> readings) const;
   [[nodiscard]] double rss_drop_with_columns(const HypothesisFit& fit,
@@ -100,8 +100,8 @@ class SuspectRun {
                                            Eigen::Index axis,
                                            const std::vector<std::size_t>& readings) const;
 
-  /// Returns the fit in which each axis of these readings has a free value. If `axis` is given,
-  /// only this axis of the first reading has a free value.
+  /// Returns the fit in which the values of these readings are arbitrary: each axis of each reading
+  /// has a free parameter. If `axis` is given, only this axis of the first reading has one.
   [[nodiscard]] HypothesisFit arbitrary(const std::vector<std::size_t>& readings,
                                         std::optional<Eigen::Index> axis = {}) const;
 

@@ -28,7 +28,8 @@
 namespace axiscal {
 namespace {
 
-// The linear map of one replicate, with readings in the order of the rows of a Fit.
+// The linear map from the readings of one replicate to the coefficients. The readings are in the
+// order of the rows of a Fit.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
   // Design matrix of a fit to all readings. It has n m rows, one for each axis of each reading. The
@@ -86,8 +87,8 @@ ReadingSet reading_set(const ForecastSetup& setup) {
   return set;
 }
 
-// @throws RefusedError, RankDeficientError  if the design does not determine the coefficients; the
-//                                           message names the points to add.
+// Checks that the design determines the coefficients.
+// @throws RefusedError, RankDeficientError  if it does not; the message names the points to add.
 void check_design(const ForecastSetup& setup, const ReadingSet& set, const TableField& field) {
   const RowsForPoint row_for = rows_of_points(set, field);
   if (!method_kind(setup.method).averages_pairs) {
@@ -97,8 +98,8 @@ void check_design(const ForecastSetup& setup, const ReadingSet& set, const Table
   const PairedDesign paired = paired_design(set, field_in_table(setup));
   if (paired.design.rows() == 0) {
     throw RefusedError(
-        "method paired: no point has its opposite (same rest face, opposite fence face); use "
-        "method joint",
+        "method 'paired': no point has its opposite (same rest face, opposite fence face); use the "
+        "method 'joint'",
         {settings::method});
   }
   require_determined(set, paired.design, row_for, true);
@@ -130,7 +131,7 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
     std::vector<std::string> names = undetermined_column_names(open, run.names());
     const std::string list = joined(names);
     throw RankDeficientError(formatted("the design does not determine {} together; add the points "
-                                       "with the opposite fence faces, or use method known",
+                                       "with the opposite fence faces, or use the method 'known'",
                                        list),
                              std::move(names), {settings::method});
   }
@@ -141,8 +142,9 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
   return map;
 }
 
-// The effect of errors that readings share on n readings of m axes. It has n m rows, one for each
-// axis of each reading, and one column for each independent error, for one standard deviation.
+// The effect of shared errors on n readings of m axes. The matrix has n m rows, one for each axis
+// of each reading. Each column is the change of the readings if one of the independent errors has
+// the size of its standard deviation.
 using SharedErrors = Eigen::MatrixXd;
 
 // Returns the effect of each uncertain input on the readings. The keys are the names of the inputs.
@@ -202,7 +204,8 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
     }
   }
   const double readings = replicates * static_cast<double>(n);
-  // Returns the mean correlation of two readings of a run, from that of consecutive readings.
+  // Returns the mean correlation of any two readings of a run, computed from the correlation of
+  // consecutive readings.
   const auto mean_correlation = [&](double neighbours) {
     constexpr int longest = 10000;
     double sum = 0.0;

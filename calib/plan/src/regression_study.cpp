@@ -66,8 +66,9 @@ void run_regression_study(const StudySetup& setup,
       setup.drawing || setup.random_normals || setup.slope_sd > 0.0 ||
       setup.simulation.resolution > 0.0 || !setup.simulation.world.is_white() || setup.alarms) {
     throw DomainError(
-        "a study of only the regression simulates only noise: leave out worlds, alarms, "
-        "temperature terms, second fields, one-sided axes, resolution, random slopes and cubes");
+        "a study of only the regression simulates nothing but noise. Leave out the other simulated "
+        "effects ('world'), alarms, temperature terms, second fields, one-sided axes, resolution, "
+        "random slopes and random cubes");
   }
   const RegressionTrials trials = trials_of(setup);
   study.parameters = parameter_names(setup.truth.instrument.axes);

@@ -36,7 +36,9 @@ SensorModel on_level_table(SensorModel truth) {
     return truth;  // the record does not determine the slope
   }
   const Eigen::Vector3d direction = (up->z() < 0.0 ? -1.0 : 1.0) * up->normalized();
-  constexpr double least_height = 0.1;  // a field in the table's plane determines no slope
+  // A direction with a smaller component z is nearly in the table's plane, so it does not determine
+  // the slope.
+  constexpr double least_height = 0.1;
   if (direction.z() < least_height) {
     return truth;
   }
@@ -86,8 +88,9 @@ SimulatedRun simulate_run(const SensorModel& truth,
                           const SimulationOptions& options,
                           RandomStream& random) {
   check_simulation(truth, options);
-  // In a sum, a part with its source on the table is not turned, because the source turns with the
-  // table. A single field is always turned, as if the lamp or coil stood in another position.
+  // In a sum of fields, a part with its source on the table is not turned, because the source turns
+  // with the table. A single field is always turned, as if the lamp or coil stood in another
+  // position.
   const Eigen::Matrix3d turned = rotation_sloping_from_level(options.slope) *
                                  rotation_table_from_enu(options.fence_azimuth_rad);
   const bool is_sum = !truth.field.parts.empty();

@@ -101,8 +101,8 @@ CalibrationErrors closed_form(const ToleranceStudy& study, Method method) {
   description.normal_covariance = normal_covariance_of(study.drawing, study.tolerances);
   setup.positioner = Positioner(std::move(description));
   const Forecast result = forecast(setup);
-  // The expected square of each error is the sum of its squares for all principal components of the
-  // covariance.
+  // The expected square of each error is the sum of the squares of its contributions from the
+  // principal components of the covariance.
   const SymmetricEigen eigen = symmetric_eigen(result.positioner);
   Sums sums;
   const SensitivityMatrix& S = study.nominal.response.sensitivity;

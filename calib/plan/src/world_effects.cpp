@@ -165,10 +165,10 @@ void check_simulation(const SensorModel& truth, const SimulationOptions& options
     return values.size() <= 1 || static_cast<Eigen::Index>(values.size()) == m;
   };
   if (noise.size() != m || !fits(options.world.k2) || !fits(options.world.k3)) {
-    throw DomainError(formatted(
-        "simulate: the noise, and the entries k2 and k3 of the world, must be one number, or one "
-        "number for each of the {} axes",
-        m));
+    throw DomainError(
+        formatted("simulate: the noise, and 'k2' and 'k3' of the world, must each be one number, "
+                  "or one number for each of the {} axes",
+                  m));
   }
 }
 

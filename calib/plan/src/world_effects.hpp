@@ -35,10 +35,12 @@ class WorldEffects {
     return mount_ * rotation_sensor_from_table * seat_;
   }
 
-  /// @return the factor of the field's magnitude for the current reading; its mean is 1.
+  /// @return the factor that multiplies the field's magnitude in the current reading; its mean is
+  ///         1.
   [[nodiscard]] double size_of_field() const { return size_; }
 
-  /// @return the factor of each axis's sensitivities for the current reading; their means are 1.
+  /// @return for each axis, the factor that multiplies its sensitivities in the current reading.
+  ///         Each factor has the mean 1.
   [[nodiscard]] const Eigen::VectorXd& gains() const { return gains_; }
 
   /// Draws the errors to add to the response, m entries [unit].

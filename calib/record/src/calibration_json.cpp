@@ -61,7 +61,7 @@ void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   }
 }
 
-// Returns the coefficients, expressed as the usual quantities of this kind of instrument.
+// Writes the coefficients as the quantities that are usual for this kind of instrument.
 void put_quantities(JsonMembers& io, const Calibration& calibration) {
   std::vector<KindQuantity> quantities = quantities_of(calibration);
   io.list_if_any("quantities", quantities, [](JsonMembers& one, KindQuantity& quantity) {
@@ -96,7 +96,8 @@ void members(JsonMembers& io, TemperatureOrderTrial& trial) {
   io.number("lack_of_fit_p_value", trial.lack_of_fit_p_value);
 }
 
-// Reads or writes one reference and one range for all axes, or lists with an entry for each axis.
+// Reads or writes the reference temperature and the temperature range. They are single values for
+// all axes, or lists with an entry for each axis.
 void span_members(JsonMembers& io, std::vector<TemperatureSpan>& spans, Eigen::Index m) {
   const bool own = io.reads() ? io.from().at("reference").is_array() : spans.size() > 1;
   if (!own) {

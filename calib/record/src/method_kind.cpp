@@ -13,12 +13,12 @@ namespace {
 // The rows of the table of methods, in the order of the enumerators of Method.
 std::deque<MethodKind>& all_kinds() {
   static std::deque<MethodKind> kinds = {
-      MethodKind{.method = Method::paired,
-                 .name = "paired",
-                 .by_pose = true,
-                 .averages_pairs = true,
-                 .words = "averages of opposite positions, which removes the effect of the table's "
-                          "slope"},
+      MethodKind{
+          .method = Method::paired,
+          .name = "paired",
+          .by_pose = true,
+          .averages_pairs = true,
+          .words = "averages of opposite positions, which do not depend on the table's slope"},
       MethodKind{
           .method = Method::joint,
           .name = "joint",
@@ -47,8 +47,8 @@ std::deque<MethodKind>& all_kinds() {
                  .by_pose = true,
                  .directions_known = true,
                  .by_length = true,
-                 .words = "bias and scale from the field's magnitude on six faces, which may "
-                          "lean"}};
+                 .words = "bias and scale from the field's magnitude on six faces, even if the "
+                          "faces are tilted"}};
   return kinds;
 }
 

@@ -77,6 +77,11 @@ class Table {
 
   [[nodiscard]] double number(std::size_t column) const {
     const std::optional<double> number = parse_number(text(column));
+    if (text(column).empty()) {
+      throw DataError(csv_.path(), csv_.line(),
+                      formatted("column '{}' is empty. Fill in the value, or delete the row",
+                                csv_.header()[column]));
+    }
     if (!number) {
       fail(column, formatted("{} is not a finite number{}", quoted(column), advice(text(column))));
     }
@@ -200,9 +205,6 @@ class Table {
   }
 
   static std::string advice(std::string_view text) {
-    if (text.empty()) {
-      return ": the cell is empty";
-    }
     if (text.find(',') != std::string_view::npos) {
       return ": write '.' as the decimal point";
     }
@@ -214,7 +216,8 @@ class Table {
   FaceNames faces_;
 };
 
-// The columns of a reading's level: `level`, and `level.NAME` for parts with their own level.
+// The columns that state the level of the field: `level` for the whole field, and `level.NAME` for
+// the part NAME of the field.
 class LevelColumns {
  public:
   LevelColumns() = default;
@@ -309,13 +312,13 @@ class TemperatureColumns {
   std::optional<std::size_t> of_all_;
   std::vector<std::size_t> of_axes_;
   bool may_be_blank_ = true;
-  std::optional<bool> is_blank_;  // true if the column is empty in the first row
+  std::optional<bool> is_blank_;  // true if column `temperature` is empty in the first row
 };
 
 // A column with the magnitude of a known field, for example of a rate table, a coil or a lamp.
 struct SizeColumn {
   std::string_view name;
-  std::string_view unit;  // empty: the unit of the field
+  std::string_view unit;  // unit of the column; empty if it is the unit of the field
 };
 constexpr std::array size_columns = {SizeColumn{"rate", ""},
                                      SizeColumn{"rate_dps", "deg/s"},
@@ -345,7 +348,7 @@ struct Columns {
   std::optional<std::size_t> rest, fence, run, block, mount, time, samples, serial, confirm, date,
       operated_by;
   std::optional<std::size_t> pitch, roll, heading;
-  double angle_in_rad = rad_per_deg;       // unit of pitch and roll
+  double angle_in_rad = rad_per_deg;       // unit of the columns pitch and roll [rad]
   std::optional<std::size_t> size, along;  // columns of magnitude and axis of a known field
   Eigen::Vector3d along_all =
       Eigen::Vector3d::Zero();  // direction of a known field if `along` is nullopt
@@ -354,7 +357,7 @@ struct Columns {
   std::vector<std::size_t> axes;
   std::vector<std::optional<std::size_t>> minus;  // subtracted column of each axis, if any
   std::vector<std::size_t> axes_sd;               // empty unless each axis has a column AXIS_sd
-  std::vector<std::size_t> field;                 // fx, fy, fz; or empty
+  std::vector<std::size_t> field;                 // columns fx, fy, fz; empty if absent
 };
 
 // Finds the columns of stated attitudes. If an axis of the instrument is named pitch_deg or
@@ -387,9 +390,10 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
     columns.heading = table.find("yaw_deg");
   }
   if (columns.rest || !columns.field.empty()) {
-    table.fail("pitch_deg",
-               "the file has attitudes and also 'rest' and 'fence' or 'fx', 'fy', 'fz'; keep one "
-               "description of the poses, and delete or rename the columns of the other");
+    table.fail(
+        "pitch_deg",
+        "the file states each pose twice: as an attitude, and by 'rest' and 'fence' or by 'fx', "
+        "'fy', 'fz'. Keep one of the two, and delete or rename the columns of the other");
   }
 }
 
@@ -673,11 +677,10 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
     if (columns.serial) {
       const std::string_view serial = table.text(*columns.serial);
       if (row > 1 && serial != result.serial && !wanted.takes_several_units) {
-        table.fail(
-            *columns.serial,
-            formatted("'{}' follows '{}', but here a file may contain only one unit; make one file "
-                      "for each unit",
-                      serial, result.serial));
+        table.fail(*columns.serial,
+                   formatted("'{}' follows '{}', but here a file may contain the readings of only "
+                             "one unit (device); make one file for each unit",
+                             serial, result.serial));
       }
       if (row == 1 || serial != result.serials.back()) {
         try {

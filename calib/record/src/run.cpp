@@ -140,7 +140,7 @@ Run join_runs(std::vector<Run> files, Units units) {
   Run run;
   std::vector<Observations> parts;
   std::string without_serial;  // path of a file without the column 'serial'
-  std::size_t size = 0;        // readings of the files so far
+  std::size_t size = 0;        // number of readings in the files so far
   for (Run& file : files) {
     if (units == Units::one) {
       check_same_unit(run, file);

@@ -16,9 +16,8 @@ namespace axiscal {
 inline const std::string level_column_prefix = "level.";
 
 /// The columns of a table of readings that precede the responses. `run` and `block` are always
-/// present.
-/// The columns for design point, mount, level, confirm and temperature are present if a reading
-/// needs them.
+/// present. The columns for design point, mount, level, confirm and temperature are present only if
+/// at least one reading has a value that differs from the default.
 class SheetColumns {
  public:
   /// @param axes  names of the axes, for the columns AXIS_temperature.

@@ -8,7 +8,8 @@
 
 namespace axiscal {
 
-/// Reads or writes `rest` and `fence` of a design point; nullopt if the file lacks them.
+/// Reads or writes the keys `rest` and `fence` of a design point. If the file lacks them, `point`
+/// does not change. If `point` is nullopt, they are not written.
 void point_members(JsonMembers& io, std::optional<DesignPoint>& point);
 
 /// Reads or writes the statistics of a fit in a record file.

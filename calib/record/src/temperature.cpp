@@ -19,7 +19,7 @@ namespace {
 // The line that is fitted to the readings of a window.
 struct Line {
   double rate = 0.0;
-  double rate_se = 0.0;  // NaN for two readings
+  double rate_se = 0.0;  // standard error of `rate`; NaN for two readings
   double degrees_of_freedom = 0.0;
 };
 

@@ -281,7 +281,7 @@ double chi_squared_upper_p(double x, double degrees_of_freedom) {
   constexpr double few_terms = 40.0;
   if (degrees_of_freedom <= few_terms && std::floor(degrees_of_freedom) == degrees_of_freedom &&
       !is_odd(degrees_of_freedom)) {
-    double term = std::exp(-0.5 * x);  // terms of the Poisson distribution
+    double term = std::exp(-0.5 * x);  // term 0 of a Poisson distribution with mean x / 2
     double sum = term;
     for (double j = 1.0; j < 0.5 * degrees_of_freedom; j += 1.0) {
       term *= 0.5 * x / j;

@@ -20,7 +20,7 @@ Eigen::VectorXd per_length_of(const Eigen::Ref<const Eigen::MatrixXd>& J) {
 }  // namespace
 
 struct Factor::Parts {
-  Eigen::VectorXd per_length;  // p
+  Eigen::VectorXd per_length;  // 1 / length of each column of J, p entries
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
 };
 
@@ -66,7 +66,7 @@ Eigen::VectorXd Factor::leverage() const {
 }
 
 struct PositiveFactor::Parts {
-  Eigen::VectorXd per_length;  // p
+  Eigen::VectorXd per_length;  // 1 / square root of each diagonal entry of N, p entries
   Eigen::LLT<Eigen::MatrixXd> cholesky;
 };
 

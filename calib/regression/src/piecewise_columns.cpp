@@ -26,8 +26,8 @@ std::vector<Eigen::Index> places_in(const Which& which) {
   return places;
 }
 
-// The nonzero rows among the rows k of all units: their indices in W, and their values in selected
-// columns.
+// Row k of each unit in which this row is not zero. `places` contains the indices of these rows in
+// the whole matrix, and W contains their values in selected columns.
 struct RowsOfUnits {
   std::vector<Eigen::Index> places;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> W;
@@ -102,8 +102,9 @@ Blocks blocks_of(const Eigen::MatrixXd& slow) {
   return blocks;
 }
 
-// Replaces the slow columns of row k of the units by one column for each block. Returns nullopt if
-// there are few rows, or if the number of blocks differs from the number of these columns.
+// Replaces the slow columns, which are nonzero only in row k of the units, by one column for each
+// block. Returns nullopt if few units have a nonzero row k, or if the number of blocks differs from
+// the number of slow columns.
 std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
                                            Eigen::Index k,
                                            Eigen::Index kept,

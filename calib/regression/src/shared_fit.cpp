@@ -34,10 +34,10 @@ struct Sums {
     return information.col(k).reshaped(shared, shared);
   }
 
-  Eigen::Index shared;          // D
-  Eigen::MatrixXd information;  // D^2 x m
-  Eigen::MatrixXd gradient;     // D x m
-  Eigen::VectorXd squares;      // m
+  Eigen::Index shared;          // D, the number of shared coefficients
+  Eigen::MatrixXd information;  // P^T P of each response, D^2 x m
+  Eigen::MatrixXd gradient;     // P^T y of each response, D x m
+  Eigen::VectorXd squares;      // y^T y of each response, m entries
   Eigen::VectorXd degrees_of_freedom;
 };
 
@@ -59,7 +59,7 @@ struct AtVariances {
     for (Eigen::Index k = 0; k < weight.size(); ++k) {
       gradients.col(k) -= sums.information_of(k) * estimate;
     }
-    // RSS_k = y^T y - z^T P^T y - z^T P^T (y - P z)
+    // With z = estimate, RSS_k = y^T y - z^T P^T y - z^T P^T (y - P z).
     squares = weight.cwiseProduct(
         (sums.squares - (sums.gradient + gradients).transpose() * estimate).cwiseMax(0.0));
     degrees_of_freedom =
@@ -68,7 +68,7 @@ struct AtVariances {
     misfit += sums.degrees_of_freedom.dot(log_variance) + squares.sum();
   }
 
-  // Returns the covariance of z, D x D.
+  // Returns the covariance of `estimate`, D x D.
   [[nodiscard]] Eigen::MatrixXd covariance() const { return root * root.transpose(); }
 
   // Returns a step of log_variance that decreases the misfit.
@@ -79,7 +79,8 @@ struct AtVariances {
                                             bool& is_newton) const {
     const auto m = log_variance.size();
     const Eigen::VectorXd gradient = degrees_of_freedom - squares;
-    // With R R^T = C, these are w_k R^T P_k^T P_k R and w_k R^T P_k^T (y_k - P_k z).
+    // For each response k, with R = root and w_k = weight(k): column k of `information` contains
+    // w_k R^T P_k^T P_k R, and column k of `residual` is w_k R^T P_k^T (y_k - P_k z).
     Eigen::MatrixXd information(sums.information.rows(), m);
     const Eigen::MatrixXd residual = root.transpose() * gradients * weight.asDiagonal();
     for (Eigen::Index k = 0; k < m; ++k) {
@@ -111,12 +112,12 @@ struct AtVariances {
   }
 
   bool determined = true;
-  Eigen::VectorXd log_variance;        // u, m
-  Eigen::VectorXd weight;              // 1 / sigma^2, m
+  Eigen::VectorXd log_variance;        // u = ln sigma^2 of each response, m entries
+  Eigen::VectorXd weight;              // 1 / sigma^2 of each response, m entries
   double misfit = 0.0;                 // -2 ln of the likelihood, up to a constant
-  Eigen::VectorXd degrees_of_freedom;  // nu, m
+  Eigen::VectorXd degrees_of_freedom;  // nu of each response, m entries
   Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m
-  Eigen::VectorXd estimate;            // z, D
+  Eigen::VectorXd estimate;            // z, the D shared coefficients
   Eigen::MatrixXd gradients;           // P_k^T (y_k - P_k z), D x m
   Eigen::MatrixXd root;                // R, D x D: R R^T is the covariance of z
 };

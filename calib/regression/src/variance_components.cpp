@@ -119,7 +119,7 @@ class Likelihood {
   }
 
  private:
-  // Computes V^-1 of each unit, and V^-1 W. A row that is left out gets the variance 1.
+  // Computes V^-1 for each unit, and V^-1 W. A row of W that was left out gets the variance 1.
   void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     Eigen::RowVectorXd of_roots(roots_.cols());
@@ -174,8 +174,8 @@ class Likelihood {
       const Eigen::MatrixXd MK = (UCU) * (K);
       const Eigen::MatrixXd KVK = (K.transpose()) * (VK);
       const Eigen::MatrixXd KMK = (K.transpose()) * (MK);
-      // The sum of these products over the columns of two components Q and R is tr(V^-1 Q V^-1 R) -
-      // 2 tr(V^-1 Q U C U^T R). K contains the roots of all components.
+      // K contains the roots of all components. In `products`, the block with the rows of component
+      // Q and the columns of component R has the sum tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R).
       const Eigen::MatrixXd products = KVK.cwiseProduct(KVK - 2.0 * KMK);
       for (std::size_t q = 0; q < count; ++q) {
         const Eigen::Index first = first_root_[q];

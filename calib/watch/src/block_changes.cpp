@@ -12,9 +12,9 @@
 namespace axiscal {
 namespace {
 
-// Sums over the parameters of a class, which are tested together. The classes are biases, main
-// terms and cross terms. Squares and variances are in units of the variance from the readings'
-// noise.
+// Sums over the parameters of a class, which are tested together. The classes are the biases, the
+// sensitivities along the axes and the cross-axis sensitivities. Squares and variances are in units
+// of the variance that the noise of the readings causes.
 struct ParameterClass {
   FisherSum parameters;  // combines the p-values of the tests against the noise
   // Combines one p-value for each parameter: the larger one of its tests against the noise and

@@ -58,7 +58,7 @@ struct BlockOffset {
   // record.
   double variance = 0.0;
   double degrees_of_freedom = 0.0;
-  double gain_variance = 0.0;  // relative variance of the sensitivities of another block
+  double gain_variance = 0.0;  // relative variance of the sensitivities in another block
 };
 
 std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {

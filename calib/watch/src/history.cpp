@@ -48,9 +48,9 @@ std::string date_text(double seconds) {
                    two(static_cast<unsigned>(date.day())));
 }
 
-// Sets the date at which the line value + slope t crosses a limit, with t in years since the last
-// record. The interval of this date ends where the 95 % band of the line crosses the limit
-// (Fieller, J. R. Stat. Soc. B 16 (1954) 175).
+// Sets the date at which the line value + slope x crosses a limit, where x is the time in years
+// since the last record. The interval of this date ends where the 95 % band of the line crosses the
+// limit (Fieller, J. R. Stat. Soc. B 16 (1954) 175).
 void put_date_of_limit(const Eigen::Vector2d& line,
                        const Eigen::Matrix2d& covariance,
                        double degrees_of_freedom,
@@ -76,8 +76,8 @@ void put_date_of_limit(const Eigen::Vector2d& line,
   if (!std::isfinite(t) || !covariance.allFinite()) {
     return;
   }
-  // a, b and c are the coefficients of (limit - value - slope t)^2 - T^2 var(value + slope t) as a
-  // polynomial in t, where T is Student's factor.
+  // The ends of the band cross the limit at the roots of a x^2 + b x + c = (limit - value - slope
+  // x)^2 - t^2 var(value + slope x), where t is Student's factor.
   const double to_limit = *limit - line(0);
   const double a = line(1) * line(1) - t * t * covariance(1, 1);
   const double b = -2.0 * (to_limit * line(1) + t * t * covariance(0, 1));

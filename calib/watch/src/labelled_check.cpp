@@ -251,8 +251,8 @@ DriftCheck check_labelled(const Calibration& record,
   with_biases << at.A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
   if (!found.converged || Factor(with_biases).rank() < with_biases.cols()) {
     throw RefusedError(
-        "the readings do not separate the field's direction in the table from the biases; take "
-        "readings on more faces");
+        "the readings do not separate the field's direction in the table's frame from the biases; "
+        "take readings on more faces");
   }
   DriftCheck check{.alpha = alpha,
                    .pitch_error_deg = not_a_number,

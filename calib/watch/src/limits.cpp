@@ -190,12 +190,12 @@ Limits parse_limits(std::string_view text, const std::string& path) {
   Limits limits{.path = path};
   limits.rule = json.text_or("rule", "simple");
   if (limits.rule != "simple" && limits.rule != "guarded") {
-    json.at("rule").fail("must be simple or guarded");
+    json.at("rule").fail("must be 'simple' or 'guarded'");
   }
   const std::string conditions = json.text_or("conditions", "repeatability");
   limits.intermediate = conditions == "intermediate";
   if (!limits.intermediate && conditions != "repeatability") {
-    json.at("conditions").fail("must be repeatability or intermediate");
+    json.at("conditions").fail("must be 'repeatability' or 'intermediate'");
   }
   for (const JsonValue& one : json.at("limits").elements()) {
     one.allow_keys(std::array<std::string_view, 3>{"parameter", "low", "high"});

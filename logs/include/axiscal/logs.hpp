@@ -27,8 +27,8 @@
 /// of numbers. RecordingFile reads all series of such a file. TableText reads tables whose cells
 /// are text. segment() finds the rests of a recording, and segmentation_csv() writes them as
 /// observations. calibrate_imu() calibrates the accelerometer, the gyroscope and the magnetometer
-/// of one log in one frame. allan_deviation() and fit_noise() show how long an average of a reading
-/// still becomes more precise.
+/// of one log in one frame. allan_deviation() and fit_noise() determine the noise of a sensor, from
+/// which best_dwell() finds the most useful averaging time.
 ///
 /// @code
 /// axiscal::RandomStream random(1, 0);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Betaflight's blackbox (betaflight.com, "Blackbox Internals"): lines `H name:value`, then frames.
 // I frames contain complete values, and P frames contain differences to the frames before them. S,
-// G and H frames contain slow values and GPS data, and E frames contain events. A frame is valid if
-// another frame begins where it ends, and neither its iteration number nor its time jumps. After an
-// invalid frame, P frames are skipped up to the next I frame.
+// G and H frames contain slowly changing values and GPS data, and E frames contain events. A frame
+// is valid if another frame begins where it ends, and neither its iteration number nor its time
+// jumps. After an invalid frame, P frames are skipped up to the next I frame.
 #include <array>
 #include <bit>
 #include <cmath>
@@ -438,7 +438,8 @@ class Blackbox final : public RecordingFile::Decoder {
                : std::string_view("IPSGHE").find(ahead[at]) != std::string_view::npos;
   }
 
-  // @return the number of iterations before the next frame that the logger is set to omit.
+  // @return the number of iterations after the last frame that the logger, by its settings, does
+  //         not record.
   [[nodiscard]] std::int64_t skipped_iterations() const {
     if (!last_iteration_) {
       return 0;
@@ -594,7 +595,7 @@ class Blackbox final : public RecordingFile::Decoder {
         break;
       case disarm:
         bytes.unsigned_number();
-        stream_is_valid_ = false;  // as for an event of type `mode`
+        stream_is_valid_ = false;  // for the reason stated at `mode`
         break;
       case adjustment: {
         const std::uint32_t function = bytes.byte();

@@ -95,7 +95,7 @@ std::string text_field(std::string_view bytes) {
 
 struct Message {
   std::string name, format;
-  std::size_t size = 0;  // including the 3 bytes of the head
+  std::size_t size = 0;  // size of a message in bytes, including A3 95 and the type
   std::vector<std::string> columns;
   FlightMessage flight;
 };
@@ -196,7 +196,8 @@ class Dataflash final : public RecordingFile::Decoder {
 
   void take_message(Message& message, RecordBytes bytes, SeriesSink& sink) {
     values_.clear();
-    std::array<std::string, 2> texts;  // texts[0]: last text field, in PARM the parameter's name
+    // texts[0] is the last text field. In a PARM message, this is the parameter's name.
+    std::array<std::string, 2> texts;
     for (std::size_t c = 0; c < message.format.size(); ++c) {
       const Letter* const known = letter_of(message.format[c]);
       if (known != nullptr && known->scale == 0.0) {

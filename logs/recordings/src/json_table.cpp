@@ -93,7 +93,8 @@ class GrowingTable {
   std::vector<std::string> row_;  // cells of the row in add_row()
   std::string text_;
   std::vector<Row> rows_;
-  // State of next(): whether it wrote the header, the next row, and this row's position in text_.
+  // State of next(). has_header_ is true after the header was written, next_ is the next row, and
+  // begin_ is the position of this row in text_.
   bool has_header_ = false;
   std::size_t next_ = 0, begin_ = 0;
 };

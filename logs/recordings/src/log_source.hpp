@@ -23,11 +23,11 @@ class LogFile::Source {
   LogDefects defects;
   std::size_t rows = 0;  ///< number of rows, if the header of the file states it; otherwise 0
   double rate_hz = 0.0;  ///< samples per second that the file states; 0 if it states none
-  std::optional<std::size_t> clock;  ///< position of the column of dates or times of day
-  std::vector<std::size_t> is_text;  ///< positions of the columns without numbers
+  std::optional<std::size_t> clock;  ///< index of the column of dates or times of day
+  std::vector<std::size_t> is_text;  ///< indices of the columns without numbers
 };
 
-/// @param names  names of columns without a header; may be empty.
+/// @param names  names of the columns if the file has no header; may be empty.
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_text_log(ByteSource bytes,
                                                              const std::vector<std::string>& names);
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,

@@ -26,7 +26,7 @@ enum : std::uint32_t { struct_class = 2, first_numeric_class = 6, last_numeric_c
 constexpr std::size_t piece = 1U << 16U;
 constexpr int deepest = 16;  // depth of structures within structures
 
-// Bytes of the file, or unpacked bytes.
+// A source of bytes: the file itself, or data that are unpacked from it.
 class Bytes {
  public:
   virtual ~Bytes() = default;
@@ -275,7 +275,7 @@ class MatReader {
       return;
     }
     if (kind == struct_class && has_elements && depth < deepest) {
-      read_fields(bytes, left, name, depth);  // of an array, only the first structure
+      read_fields(bytes, left, name, depth);  // in an array, only the first structure is read
     } else if (is_numeric && is_table && !is_complex) {
       read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
                    static_cast<std::size_t>(dimensions[1]));

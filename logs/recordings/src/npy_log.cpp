@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-// Arrays in which the number of rows and the number of columns are both larger are refused.
+// An array is refused if its number of rows and its number of columns are both larger than this.
 constexpr std::size_t most_columns = 10000;
 
 struct NpyType {

@@ -15,7 +15,7 @@ namespace axiscal {
 
 /// A file whose format is known: a table of text, a table of numbers, or a decoder of series.
 struct OpenedFile {
-  std::string format;                      ///< read_table() sets it for a table of text
+  std::string format;                      ///< name of the format; if empty, read_table() sets it
   std::string table_name;                  ///< name of the table, usually stem_of() of the path
   std::optional<ByteSource> text;          ///< a table of text in UTF-8 or Latin-1
   std::unique_ptr<LogFile::Source> table;  ///< a table of numbers
@@ -26,7 +26,7 @@ struct OpenedFile {
 
 /// Reads the start of a table of text to find its columns and its format. For a table of numbers,
 /// it only sets the names of the columns.
-/// @param names  names of columns without a header; may be empty.
+/// @param names  names of the columns if the file has no header; may be empty.
 /// @throws DataError  if the text does not contain a row of numbers.
 void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 

@@ -14,7 +14,7 @@ namespace {
 
 struct Limit {
   std::string_view name, of;
-  double basis, per_byte;  // limit = basis + per_byte * (bytes of the file)
+  double basis, per_byte;  // limit = basis + per_byte * (size of the file in bytes)
 };
 
 // In the order of ReadCost. docs/formats.md lists the same limits.

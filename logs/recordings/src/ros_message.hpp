@@ -52,7 +52,7 @@ class RosMessageType {
     std::string name;
     Kind kind = Kind::number;
     char letter = 'd';     // if kind is number, its type: b B h H i I q Q f d
-    std::size_t type = 0;  // if kind is message, the position of its type in types_
+    std::size_t type = 0;  // if kind is message, the index of its type in types_
     bool is_array = false;
     std::optional<std::size_t> count;  // length of a fixed array; otherwise nullopt
   };
@@ -87,7 +87,8 @@ class RosTopic {
            const ReadBudget& budget);
 
   /// Passes a message on to the sink.
-  /// @param time_s  time at which the message was recorded [s], used if it has no header stamp.
+  /// @param time_s  time at which the message was recorded [s]. It is used if the message has no
+  ///                time in header.stamp.
   /// @param count   number of series in the sink; increased if the message begins new series.
   void put(
       SeriesSink& sink, std::string_view message, RosWire wire, double time_s, std::size_t& count);

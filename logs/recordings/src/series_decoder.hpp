@@ -43,7 +43,7 @@ class MessageSeries {
  public:
   struct Part {
     Series series;
-    std::vector<std::size_t> places;  ///< positions of the series' columns in the message
+    std::vector<std::size_t> places;  ///< indices of the series' columns in the message
     std::size_t number = 0;           ///< number of the series in the sink
   };
 

@@ -61,7 +61,7 @@ class SeriesLog::Sink final : public SeriesSink {
   struct Queue {
     bool wanted = false;
     std::deque<Sample> samples;
-    double step_s = 0.0;  // usual time step; follows shorter steps at once, longer ones slowly
+    double step_s = 0.0;  // usual step [s]: the last step, but at most 1.05 times the value before
   };
 
   std::vector<Queue>& queues() { return queues_; }

@@ -17,7 +17,7 @@ namespace axiscal {
 struct MergedColumn {
   std::string name;
   std::size_t series = 0;  ///< number of the series that contains the column
-  std::size_t place = 0;   ///< position of the column in this series
+  std::size_t place = 0;   ///< index of the column in this series
 };
 
 /// A table made from the series of a recording. The rows are the samples of one series, and the

@@ -35,7 +35,7 @@ Counts counts_of(std::span<const double> values) {
   return counts;
 }
 
-// The fractions of the samples that are positive, negative, or between these limits.
+// The fractions of the samples below positive_below, from negative_from on, and between these two.
 struct Shares {
   double positive = 0.0, negative = 0.0, between = 0.0;
 };

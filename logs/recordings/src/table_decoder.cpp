@@ -134,7 +134,7 @@ class TableDecoder final : public RecordingFile::Decoder {
 
   std::unique_ptr<LogFile::Source> source_;
   std::string name_;
-  std::vector<std::size_t> places_;  // positions of the columns that contain numbers
+  std::vector<std::size_t> places_;  // indices of the columns that contain numbers
   std::vector<std::string> columns_;
   LogBlock block_;
   std::optional<std::size_t> time_;

@@ -44,9 +44,10 @@ bool is_called_with_more(const std::string& column, const std::string& name) {
          small.ends_with("." + name);
 }
 
-// @return the names of the columns of a table without a header, found from two adjacent columns of
-//         faces. These are "rest" and "fence", a column of whole numbers before them is "run", and
-//         three columns after them are the axes. Empty if the table has other columns.
+// Names the columns of a table without a header that has two adjacent columns of faces. These are
+// named "rest" and "fence". A column of whole numbers before them is named "run", and the three
+// columns after them "x", "y" and "z".
+// @return the names; empty if the table has other columns.
 std::vector<std::string> names_by_faces(const std::vector<std::vector<std::string_view>>& rows) {
   const auto are = [&](std::size_t c, auto is) {
     return std::all_of(rows.begin(), rows.end(), [&](const auto& row) { return is(row[c]); });

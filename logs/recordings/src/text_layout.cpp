@@ -60,8 +60,8 @@ std::size_t count_filled(const Cells& cells) {
       cells.begin(), cells.end(), [](std::string_view cell) { return !cell.empty(); }));
 }
 
-// Finds the delimiter and decimal separator with which the lines contain the most numbers, counted
-// in lines with the same number of cells.
+// Finds the delimiter and the decimal separator that give the most numeric cells. Numeric cells are
+// counted together only for lines with the same number of cells.
 Dialect sniff(const Cells& lines) {
   Dialect best;
   double best_score = -1.0;
@@ -70,7 +70,8 @@ Dialect sniff(const Cells& lines) {
       if (decimal_comma && delimiter == ',') {
         continue;
       }
-      std::map<std::size_t, double> numbers;  // numeric cells, by the number of cells of the line
+      // Key: number of cells in a line. Value: number of numeric cells in all such lines.
+      std::map<std::size_t, double> numbers;
       for (const std::string_view line : lines) {
         const Cells cells = cells_of(line, delimiter);
         numbers[cells.size()] += static_cast<double>(count_numbers(cells, decimal_comma));
@@ -219,7 +220,8 @@ class LayoutFinder {
   }
 
   void find_usual() {
-    std::map<std::size_t, std::size_t> numbers;  // numeric cells, by number of cells of the row
+    // Key: number of cells in a row. Value: number of numeric cells in all such rows.
+    std::map<std::size_t, std::size_t> numbers;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (numbers_[i] > 0) {
         numbers[rows_[i].size()] += numbers_[i];
@@ -234,8 +236,8 @@ class LayoutFinder {
     }
   }
 
-  // Finds the first row of the table. It has the usual number of cells, and its number of numeric
-  // cells is more than half of the largest such number.
+  // Finds the first row of the table. It has the usual number of cells, and more than half as many
+  // numeric cells as the row with the most numeric cells.
   void find_first_row() {
     std::size_t most = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -261,7 +263,7 @@ class LayoutFinder {
   }
 
   // Looks for a header whose number of cells differs from that of the rows.
-  // @return the position of the nearest line above the rows that is not empty; nullopt if this line
+  // @return the index of the nearest line above the rows that is not empty; nullopt if this line
   //         does not consist of names.
   [[nodiscard]] std::optional<std::size_t> odd_header() const {
     for (std::size_t i = first_; i-- > 0;) {
@@ -509,7 +511,7 @@ class LayoutFinder {
     }
     if (layout_.delimiter != ',' || layout_.decimal_comma) {
       layout_.notes.push_back(formatted("separator {}{}", delimiter_words(layout_.delimiter),
-                                        layout_.decimal_comma ? ", with decimal commas" : ""));
+                                        layout_.decimal_comma ? ", decimal comma" : ""));
     }
   }
 

@@ -67,8 +67,9 @@ template <typename Bytes>
                                             bool is_whole,
                                             const std::vector<std::string>& names);
 
-/// @return for a time of day such as 14:08:06.818, the seconds since midnight; for a date and time,
-///         the seconds since 1970; for other texts, NaN.
+/// @param cell  a time of day such as 14:08:06.818, or a date and time.
+/// @return the seconds since midnight for a time of day, or since 1970 for a date and time; NaN if
+///         the text is neither.
 [[nodiscard]] double clock_seconds(std::string_view cell);
 
 }  // namespace axiscal

@@ -293,7 +293,7 @@ class TextLog : public LogFile::Source {
   std::size_t rows_ = 0;
   std::size_t erased_rows_ = 0, first_erased_line_ = 0;
   bool has_readings_ = false;
-  std::vector<int> place_;  // position of each column in a block; -1 if not selected
+  std::vector<int> place_;  // index of each column in a block; -1 if not selected
   std::size_t selected_ = 0;
 };
 

@@ -122,7 +122,7 @@ struct Subscription {
   std::optional<Field> time;
   std::size_t least = 0;  // size of the shortest message that contains all fields [bytes]
   MessageSeries series;
-  std::optional<std::size_t> device, invalid_acceleration;  // positions in `fields`
+  std::optional<std::size_t> device, invalid_acceleration;  // indices of these fields in `fields`
   bool is_fifo = false;
   bool has_device = false;
 };

@@ -164,7 +164,7 @@ class ArraysAsTable final : public LogFile::Source {
   }
 
   std::vector<std::unique_ptr<LogFile::Source>> arrays_;
-  std::vector<Place> places_;  // for each column of the table, its array and its column in it
+  std::vector<Place> places_;  // for each column of the table: an array, and a column of that array
   std::vector<std::size_t> selected_;
   std::size_t done_ = 0;
 };
@@ -197,7 +197,8 @@ OpenedFile open_npz(const std::string& path,
                     const ReadBudget& budget) {
   std::map<std::string, int> of_stem;
   std::map<std::size_t, std::vector<std::string>> of_rows;
-  std::map<std::size_t, double> numbers;  // number of values, by the number of rows of the table
+  // Key: number of rows. Value: number of values in all arrays with this number of rows.
+  std::map<std::size_t, double> numbers;
   for (const std::string& member : members) {
     ++of_stem[stem_of(member)];
     const std::unique_ptr<LogFile::Source> array =

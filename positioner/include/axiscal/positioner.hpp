@@ -34,4 +34,4 @@
 /// - A face is named by its outward normal: with rest -Z the cube stands on its lower face.
 /// - If only the normals of the faces are known and the fence face is not perpendicular to the rest
 ///   face, the heading has an error. If the feet are known, the heading is exact.
-/// - A cube with measured feet may rock at a point; rocking_remarks() lists these points.
+/// - A cube with measured feet may rock at a design point; rocking_remarks() lists these points.

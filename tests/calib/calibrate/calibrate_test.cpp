@@ -686,7 +686,7 @@ TEST(Calibrate, RefusesFivePointsOnALevelTable) {
   EXPECT_THAT(undetermined(experiment_for(truth), at_points(truth, points), message),
               testing::Not(testing::IsEmpty()));
   EXPECT_THAT(message, HasSubstr("add readings at rest"));
-  EXPECT_THAT(message, HasSubstr("use method known"));
+  EXPECT_THAT(message, HasSubstr("use the method 'known'"));
 }
 
 TEST(Calibrate, RefusesSixNoisyPointsOnANearlyLevelTable) {
@@ -887,7 +887,7 @@ TEST(Calibrate, NamesAnOutlier) {
       [](const CalibrationWarning& warning) { return warning.code == WarningCode::outlier; });
   ASSERT_NE(outlier, result.findings.warnings.end());
   EXPECT_EQ(outlier->runs, std::vector<int>{11});
-  EXPECT_THAT(outlier->message, HasSubstr("run 11: fits"));
+  EXPECT_THAT(outlier->message, HasSubstr("run 11 fits"));
   EXPECT_THAT(outlier->message, HasSubstr("axis z"));
 }
 

@@ -116,7 +116,7 @@ TEST_F(Rule, NamesAPoorFit) {
 
 TEST_F(Rule, NamesATableThatWasMoved) {
   record_.fit.levelness->block_p_value = 1e-4;
-  expect_one(moved_table_rule(), WarningCode::table_moved, "level by block");
+  expect_one(moved_table_rule(), WarningCode::table_moved, "('level_by')");
 }
 
 TEST_F(Rule, NamesAxesThatAreExchangedOrReversed) {

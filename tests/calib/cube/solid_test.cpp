@@ -257,7 +257,7 @@ TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
   experiment.fit.method = Method::known;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("(level by block) requires method paired or joint"));
+      HasSubstr("('level_by') requires the method 'paired' or 'joint'"));
 }
 
 TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {
@@ -287,7 +287,7 @@ TEST(LevelByBlockSetup, RefusesABlockWithoutOpposites) {
   }
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("level by block: a block has too few opposite readings"));
+      HasSubstr("('level_by'): a block has too few opposite readings"));
 }
 
 // ---- assemblies ----
@@ -381,7 +381,7 @@ TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
   ASSERT_EQ(found[1].findings.status, CalibrationStatus::warning);
   EXPECT_EQ(found[1].findings.warnings.back().code, WarningCode::slot_levelness);
   EXPECT_THAT(found[1].findings.warnings.back().message,
-              HasSubstr("in slot B measures another slope"));
+              HasSubstr("in slot B measures a different slope"));
   slots.pop_back();
   const std::vector<Calibration> two = calibrate_assembly(experiment, slots);
   EXPECT_FALSE(two[0].fit.levelness->combined->consistent);

@@ -313,7 +313,7 @@ TEST(RequireDirection, NamesThePointsThatWouldCloseIt) {
   } catch (const RankDeficientError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("together"));
     EXPECT_THAT(error.what(), testing::HasSubstr("add readings at rest"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("method known"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("method 'known'"));
     EXPECT_FALSE(error.undetermined().empty());
     EXPECT_FALSE(error.settings().empty());
   }
@@ -338,7 +338,7 @@ TEST(RequireDegreesOfFreedom, NamesTheAxesThatLackThem) {
     EXPECT_THAT(error.undetermined(), testing::ElementsAre("y.bias", "y.sensitivity.x",
                                                            "y.sensitivity.y", "y.sensitivity.z"));
     // All 12 points are in the design, so the error names no points to add.
-    EXPECT_THAT(error.what(), testing::HasSubstr("add readings, or use method known"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("add readings, or use the method 'known'"));
   }
 }
 

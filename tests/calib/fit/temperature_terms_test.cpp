@@ -173,7 +173,7 @@ TEST(StartedOverTemperature, NamesTheTermsThatTooFewTemperaturesLeaveOpen) {
                                           "z.bias.d2", "z.scale.d2"));
   const std::string one = refusal_over_temperature(warm_set({4.0, 4.0}, 1, warm_noise), &names);
   EXPECT_THAT(one, HasSubstr("readings at 1 temperature do not determine"));
-  EXPECT_THAT(one, HasSubstr("or use order 0"));
+  EXPECT_THAT(one, HasSubstr("or use temperature order 0"));
   EXPECT_EQ(names.size(), 6U);
 }
 

@@ -211,7 +211,7 @@ TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
       FAIL();
     } catch (const RankDeficientError& error) {
       EXPECT_THAT(error.what(), HasSubstr("x.bias.d2"));
-      EXPECT_THAT(error.what(), HasSubstr("or use order 1"));
+      EXPECT_THAT(error.what(), HasSubstr("or use temperature order 1"));
       EXPECT_THAT(error.settings(), testing::ElementsAre(settings::temperature_order));
     }
   }

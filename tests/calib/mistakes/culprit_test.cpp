@@ -176,7 +176,7 @@ TEST(Culprit, SaysWhatToDoAndRefusesWhatCannotBeTrusted) {
   const CalibrationWarning& first = result.findings.warnings.front();
   EXPECT_EQ(first.code, WarningCode::wrong_pose);
   EXPECT_EQ(first.runs, std::vector<int>{7});
-  EXPECT_THAT(first.message, HasSubstr("run 7: fits "));
+  EXPECT_THAT(first.message, HasSubstr("run 7 fits "));
   EXPECT_THAT(first.message,
               HasSubstr("times better as rest " + std::string(face_name(taken.rest())) +
                         " instead of " + std::string(face_name(wrong))));
@@ -272,7 +272,7 @@ TEST(FindCulprit, FitsToTheEndWhereTheFieldIsHardlyDetermined) {
   const Calibration calibration = calibrate(experiment, run.observations);
   ASSERT_TRUE(calibration.findings.suggestion.has_value());
   EXPECT_THAT(calibration.findings.suggestion->message,
-              HasSubstr("run 11: fits 262 times better as rest -X, fence +Y"));
+              HasSubstr("run 11 fits 262 times better as rest -X, fence +Y"));
 }
 
 }  // namespace

@@ -135,9 +135,9 @@ TEST(Turns, TheSeatsScatterIsFound) {
                      Eigen::Vector3d::Zero(), options),
       sheet, truth.instrument, Positioner(), Eigen::Matrix3d::Identity(), std::nullopt);
   const std::string& note = found.findings.notes.front().message;
-  const std::size_t at = note.find("two turns share, is ");
+  const std::size_t at = note.find("turns share, causes ");
   ASSERT_NE(at, std::string::npos) << note;
-  EXPECT_NEAR(std::stod(note.substr(at + std::string("two turns share, is ").size())) * rad_per_deg,
+  EXPECT_NEAR(std::stod(note.substr(at + std::string("turns share, causes ").size())) * rad_per_deg,
               5e-4, 1e-4);
 }
 

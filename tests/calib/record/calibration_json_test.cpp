@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/calibration_json.hpp"
 
+#include <cmath>
+#include <filesystem>
+
 #include <nlohmann/json.hpp>
 
 #include "axiscal/calib/uncertainty.hpp"
@@ -54,6 +57,39 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
       EXPECT_EQ(calibration_json(parse_calibration(text, "cal.json")), text);
     }
   }
+}
+
+TEST(CalibrationJson, InOneLineIsTheSameRecord) {
+  const SensorModel truth = accelerometer_truth();
+  for (const int replicates : {1, 20}) {  // 240 readings are written by columns
+    const Calibration calibration = calibrate(
+        experiment_for(truth),
+        observe(truth, {.replicates = replicates, .slope = {0.003, -0.002}, .noise_sd = 1e-4}));
+    const std::string line = calibration_json(calibration, JsonLayout::one_line);
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+    EXPECT_EQ(nlohmann::ordered_json::parse(line),
+              nlohmann::ordered_json::parse(calibration_json(calibration)));
+    EXPECT_EQ(calibration_json(parse_calibration(line, "line"), JsonLayout::one_line), line);
+  }
+}
+
+TEST(CalibrationJson, IsNotWrittenIfItCouldNotBeReadAgain) {
+  const SensorModel truth = accelerometer_truth();
+  Calibration calibration =
+      calibrate(experiment_for(truth), observe(truth, {.replicates = 1, .noise_sd = 1e-4}));
+  calibration.sensor.response.bias(1) = std::nan("");
+  const test::ScratchFolder folder;
+  for (const std::string path : {folder.path("cal.json"), std::string()}) {
+    EXPECT_THAT(test::complaint_of<DomainError>([&] {
+                  if (path.empty()) {
+                    static_cast<void>(calibration_json(calibration));
+                  } else {
+                    write(calibration, path);
+                  }
+                }),
+                HasSubstr("could not be read again: bias must be finite numbers"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path("cal.json")));
 }
 
 // Writing a record does not modify it, so other threads may read it.

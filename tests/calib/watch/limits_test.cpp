@@ -285,9 +285,9 @@ TEST(LimitsFile, IsRefusedWithThePlaceOfTheError) {
   const std::string good = R"("limits":[{"parameter":"x.bias","high":1}])";
   EXPECT_EQ(complaint_about(good), "accepted");
   EXPECT_EQ(complaint_about(R"("rule":"best",)" + good),
-            "l.json: /rule: must be simple or guarded");
+            "l.json: /rule: must be 'simple' or 'guarded'");
   EXPECT_EQ(complaint_about(R"("conditions":"some",)" + good),
-            "l.json: /conditions: must be repeatability or intermediate");
+            "l.json: /conditions: must be 'repeatability' or 'intermediate'");
   EXPECT_EQ(complaint_about(R"("limits":[])"), "l.json: /limits: must have one limit or more");
   const std::string first = R"("limits":[{"parameter":"a","low":1},)";
   EXPECT_EQ(complaint_about(first + R"({"parameter":"b"}])"),

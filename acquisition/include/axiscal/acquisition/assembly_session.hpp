@@ -10,7 +10,8 @@
 #include "axiscal/calib/run.hpp"
 
 // A session treats several instruments in one cube as one instrument, so that one check of the pose
-// uses the readings of all. Its axes are named SLOT.axis; a slot is the place of one instrument.
+// uses the readings of all of them. The axes of this joint instrument are named SLOT.axis; a slot
+// is the place of one instrument in the cube.
 namespace axiscal {
 
 /// @param experiment  an experiment with one instrument; its positioner contains the mounts of all

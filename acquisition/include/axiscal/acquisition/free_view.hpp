@@ -19,14 +19,16 @@ struct FreeView {
   std::size_t dropped = 0;                        ///< number of readings dropped by undo
   Eigen::Vector3d now = Eigen::Vector3d::Zero();  ///< current reading [unit]
   /// `to_sphere * (v - centre)` maps a reading v to the unit sphere. Before the first fit, `centre`
-  /// is the middle of the readings, and `to_sphere` divides by half the largest span of an axis.
+  /// is the midpoint of the readings' range in each axis, and `to_sphere` divides by half the
+  /// largest of these ranges.
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d to_sphere = Eigen::Matrix3d::Identity();
   bool is_fitted = false;
   bool takes_rests = false;  ///< true: one reading at each rest; undo drops the last reading
-  double coverage = 0.0;     ///< share of the sphere within 30 degrees of a reading
+  /// Fraction of the sphere of directions that is within 30 degrees of a reading's direction.
+  double coverage = 0.0;
   double largest_gap_rad = 0.0;
-  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< next direction to measure, frame sensor
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction to measure next, frame sensor
   std::optional<double> fit_error;                 ///< relative rms error of the magnitude
   /// Expanded uncertainty (95 %) of the direction of a calibrated reading [deg], for the worst
   /// direction. It contains only the uncertainty of the coefficients. nullopt before the first fit.

@@ -58,8 +58,10 @@ class HealthWatch {
 };
 
 struct HealthRun {
-  std::size_t readings = 3;                      ///< number of readings to take
-  double patience_s = 60.0;                      ///< time limit; in sample time for a recording
+  std::size_t readings = 3;  ///< number of readings to take
+  /// Time limit [s]. It is measured by the clock for live sources, and by the sample times for a
+  /// recording.
+  double patience_s = 60.0;
   std::function<void(const HealthView&)> show;   ///< called about once a second
   std::function<void(const std::string&)> warn;  ///< called with each new alarm of the sources
 };

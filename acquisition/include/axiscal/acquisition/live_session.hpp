@@ -30,8 +30,8 @@ class LiveSession {
   /// @param channels  the channels of the samples that add() will receive.
   /// @param time_at_zero  the result of SampleFeed::time_at_zero().
   /// @throws DomainError  if no channel exists for an axis (the message lists the channels), or if
-  ///                      the field moves and the times are not in UTC.
-  /// @throws SetupError   if the motion of the field in the table cannot be computed.
+  ///                      the field changes with time, as sunlight does, and the times are not UTC.
+  /// @throws SetupError   if the change of the field with time cannot be computed.
   virtual void set_channels(const std::vector<Channel>& channels,
                             std::optional<double> time_at_zero) = 0;
 

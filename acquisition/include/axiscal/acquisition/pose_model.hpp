@@ -22,7 +22,8 @@ struct PoseModelSetup {
   Instrument instrument;
   /// The nominal directions of the axes, m x 3, from nominal_axes(); zeros for an unknown axis.
   SensitivityMatrix nominal_axes;
-  FieldDescription field;  ///< expected along in_table, or along the normal if that is nullopt
+  /// The field. Its expected direction is `in_table`, or the table's normal if that is nullopt.
+  FieldDescription field;
   Positioner positioner;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   /// Standard deviation of the angle between the field and its nominal direction [rad]. The slope
@@ -66,8 +67,8 @@ struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< pose with the smallest chi^2
   /// Evidence for the best pose instead of the stated pose: half the difference of their chi^2.
   double log_ratio = 0.0;
-  double misfit = 0.0;  ///< chi^2 of the stated pose, m degrees of freedom
-  double best_misfit = 0.0;
+  double misfit = 0.0;              ///< chi^2 of the stated pose, with m degrees of freedom
+  double best_misfit = 0.0;         ///< chi^2 of the best pose
   bool looks_like_another = false;  ///< true: another pose fits well and far better
   bool fits_none = false;           ///< true: no pose fits, for example if the cube is tilted
 };
@@ -77,10 +78,10 @@ struct PoseJudgement {
 ///
 /// The response is v = b + S f with f = R_sp R f_table. Here R is the pose's rotation from the
 /// table's frame to the positioner's frame, and R_sp is the rotation from the positioner's frame to
-/// the sensor's frame. The prior is weak. It expects that S is near s times the nominal axes, where
-/// the scale s is nominal or unknown, and that f_table is near its nominal direction. The
-/// uncertainty of a prediction includes the covariance of the parameters. After few readings this
-/// covariance is large, so the model reports only gross mistakes.
+/// the sensor's frame. The prior is weak. It expects S near the product of the nominal axes and a
+/// scale, which is the nominal sensitivity or unknown. It expects f_table near its nominal
+/// direction. The uncertainty of a prediction includes the covariance of the parameters. After few
+/// readings this covariance is large, so the model reports only gross mistakes.
 ///
 /// @par Source
 /// The Gauss-Newton method with a normal prior. A pose is judged by the chi^2 of its prediction.
@@ -88,7 +89,8 @@ class PoseModel {
  public:
   explicit PoseModel(PoseModelSetup setup);
 
-  /// @return true if the model can predict readings; false for one-sided axes or a sum of fields.
+  /// @return true if the model can predict readings. It cannot for one-sided axes, for a field that
+  ///         is a sum of several fields, or if a nominal axis or the magnitude is unknown.
   [[nodiscard]] bool is_usable() const;
 
   /// Fits the model to the readings.
@@ -99,11 +101,11 @@ class PoseModel {
   /// @return the best fit first, then the fits that are about as good.
   [[nodiscard]] std::vector<PoseModelFit> fits(const std::vector<PlacedReading>& known) const;
 
-  /// Predicts how much two readings must differ at least. The prediction uses the nominal axes. The
-  /// minimum is over the directions of the field in `fits`, or over all possible directions if
-  /// `fits` is empty.
-  /// @return the smallest length of the difference divided by the effect of the field (sensitivity
-  ///         times magnitude); 0 if the readings may be equal.
+  /// Predicts, from the nominal axes, how much two readings must differ at least. The minimum is
+  /// over the directions of the field in `fits`, or over all possible directions if `fits` is
+  /// empty.
+  /// @return the smallest norm of the difference of the readings, divided by the effect of the
+  ///         field (sensitivity times magnitude); 0 if the readings may be equal.
   [[nodiscard]] double least_contrast(const PlacedReading& one,
                                       const PlacedReading& other,
                                       const std::vector<PoseModelFit>& fits) const;

@@ -54,8 +54,8 @@ struct SessionSetup {
 enum class SessionAction {
   capture,           ///< take the reading now, even if its duration is not complete
   accept,            ///< store the reading in question under the requested point
-  as_seen,           ///< store the reading in question under the point that it looks like
-  retake,            ///< drop a run and ask for its point again
+  as_seen,           ///< store the reading in question under the point that fits it best
+  retake,            ///< drop a reading and ask for its point again
   retake_suggested,  ///< drop all SessionView::suspects and ask for their points again
   undo,              ///< drop the last reading and ask for its point again
   skip,              ///< continue without this point
@@ -80,7 +80,7 @@ enum class SessionPhase {
   waiting,   ///< waiting for the first sample
   soaking,   ///< waiting for the planned temperature
   laying,    ///< the person has to place the cube, or is placing it
-  settling,  ///< the cube is still; the window and the noise floor are settling
+  settling,  ///< the cube is still; a short wait before the reading begins
   dwelling,  ///< the reading is being taken
   ready,     ///< the reading may be taken on command
   question,  ///< the reading looks like another point, or fits no point
@@ -116,7 +116,7 @@ struct CapturedReading {
   Eigen::VectorXd mean;
   Eigen::VectorXd sd;
   std::size_t samples = 0;
-  double start_s = 0.0;  ///< [s since 1970, UTC]; in a recording, its own clock's time
+  double start_s = 0.0;  ///< start [s since 1970, UTC]; for a recording, by the recording's clock
   double end_s = 0.0;
   std::optional<SensorTemperature> temperature;
 };
@@ -125,7 +125,7 @@ struct CapturedReading {
 struct SessionStep {
   RunSheetRow row;
   bool skipped = false;
-  std::optional<int> run;  ///< run number of its reading; nullopt without a reading
+  std::optional<int> run;  ///< run number of the reading at this point; nullopt if there is none
 };
 
 /// The view of the session for display; updated with every sample.
@@ -136,10 +136,11 @@ struct SessionView {
   std::optional<RunSheetRow> wanted;
   std::optional<DesignPoint> present;     ///< pose of the cube; nullopt if it is unknown
   std::optional<DesignPoint> looks_like;  ///< in phase question: the pose that fits best
-  bool lies_as_before = false;            ///< true: it lies as it did at the last reading
+  bool lies_as_before = false;            ///< true: the cube still lies as at the last reading
   std::vector<CubeTurn> turns;            ///< turns from the present to the wanted pose
-  double stillness = 0.0;                 ///< scatter divided by its limit; still if at most 1
-  double progress = 0.0;                  ///< completed part of the duration, 0 .. 1
+  /// Scatter of the samples divided by its limit. The cube is still if this is at most 1.
+  double stillness = 0.0;
+  double progress = 0.0;  ///< completed part of the duration, 0 .. 1
   double dwell_s = 0.0;
   double rate_hz = 0.0;
   bool automatic = true;

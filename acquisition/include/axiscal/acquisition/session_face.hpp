@@ -45,11 +45,11 @@ class SessionFace {
 /// @param reads_commands  false if standard input delivers samples instead of commands.
 [[nodiscard]] std::unique_ptr<SessionFace> make_plain_face(bool reads_commands);
 
-/// Makes a face that prints events and views as JSON lines to standard output. It reads commands as
-/// make_plain_face() does.
+/// Makes a face that prints events and views as JSON lines to standard output. It reads commands
+/// like the face of make_plain_face().
 [[nodiscard]] std::unique_ptr<SessionFace> make_json_face(bool reads_commands);
 
-/// Makes a full-screen face for a terminal of 80 x 24 characters or more, by ncurses.
+/// Makes a full-screen face for a terminal of 80 x 24 characters or more. It uses ncurses.
 /// @param title  name of the session, displayed at the top.
 /// @throws DomainError  if this build lacks ncurses, or the terminal is unknown.
 [[nodiscard]] std::unique_ptr<SessionFace> make_terminal_face(const std::string& title);

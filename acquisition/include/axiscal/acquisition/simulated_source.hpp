@@ -18,9 +18,9 @@
 
 namespace axiscal {
 
-/// A simulated instrument in a cube, on a tilted table, handled by a simulated person. It is an
-/// accelerometer unless play() sets another instrument. For another field, read "g" as the
-/// magnitude of that field.
+/// The properties of a simulated instrument, which a simulated person places in a cube on a tilted
+/// table. It is an accelerometer unless play() sets another instrument. If play() sets another
+/// field, the unit "g" below stands for the magnitude of that field.
 struct SimulationSetup {
   std::uint64_t seed = 1;
   double noise_sd = 1e-4;  ///< scatter of one sample [g]
@@ -86,7 +86,7 @@ class SimulatedSource final : public Source {
   double started_s_ = -1.0;  // session_seconds() at the first read(); negative before it
   std::optional<DesignEntry> wanted_;
   FieldLevel level_;
-  TableField in_table_;  // the field in the table
+  TableField in_table_;  // the field in the table's frame
   DesignPoint lies_{Face::minus_z, Face::plus_y};
   Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // rotation_table_from_positioner
   Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();

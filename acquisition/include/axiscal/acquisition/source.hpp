@@ -54,7 +54,7 @@ struct SourceReport {
   std::string message;         ///< the problem and the remedy; empty without a problem
   std::size_t defects = 0;     ///< number of invalid lines or frames since the last report
   std::size_t duplicates = 0;  ///< number of repeated samples, left out, since the last report
-  bool clock_stepped = false;  ///< the source's clock jumped; the sample times do not jump
+  bool clock_stepped = false;  ///< true: the source's clock jumped; sample times were corrected
   std::size_t bytes = 0;       ///< number of received bytes since the last report
   /// The clock time that corresponds to the sample time 0. For live samples it is UTC [s since
   /// 1970]; for a recording it is a time of the recording's clock. At most one report has a value;

@@ -18,7 +18,7 @@ struct StillnessOptions {
   /// Standard deviation of one sample at rest, m entries [unit]. If empty, it is learned from the
   /// quietest windows.
   Eigen::VectorXd noise_sd;
-  double factor = 4.0;  ///< largest ratio of scatter to noise at rest
+  double factor = 4.0;  ///< at rest, the scatter is at most this multiple of the noise floor
 };
 
 /// Detects in real time whether an instrument is still. It compares the scatter within a sliding
@@ -66,8 +66,8 @@ class Stillness {
   ///         the step of the A/D converter. It is infinite until a value changes.
   [[nodiscard]] const Eigen::VectorXd& step() const { return step_; }
 
-  /// @return the time since the noise floor last fell by half [s]. While it is short, the floor is
-  ///         not yet reliable, so that no first reading should be taken.
+  /// @return the time since the noise floor last fell by half [s]. While this time is short, the
+  ///         floor is not yet reliable, so a first reading should not be taken.
   [[nodiscard]] double floor_age_s() const { return last_s_ - floor_fell_s_; }
 
   /// The time and the number of samples during which the value of an axis has not changed.

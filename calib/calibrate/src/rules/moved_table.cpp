@@ -14,7 +14,7 @@ void find_moved_table(const JudgedRun& run, Warnings& found) {
     found.add(
         WarningCode::table_moved, {},
         formatted("the table's slope differs between blocks (p = {}): the table was moved, so one "
-                  "slope for all blocks is wrong; fit one slope for each block (level by block)",
+                  "slope for all blocks is wrong; fit one slope for each block ('level_by')",
                   number_text(levelness->block_p_value, 2)));
   }
 }

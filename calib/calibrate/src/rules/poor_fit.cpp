@@ -63,7 +63,8 @@ std::string other_reasons(const JudgedRun& run) {
   return reasons;
 }
 
-// Tests the residuals of the field's magnitude. Readings without labels have no other residuals.
+// Tests the differences between the measured and the true magnitude of the field. Readings without
+// labels have no other residuals.
 void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   double error =
       run.calibration.fit.orientations ? run.calibration.fit.orientations->fit_error : 0.0;
@@ -92,8 +93,8 @@ void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   }
 }
 
-// Tests the residual standard deviation and also the readings' residuals, because the averages of
-// method paired can hide a mistake.
+// Tests the residual standard deviation of the fit and the rms residual of the readings. The first
+// alone is not enough: method paired fits averages of readings, which can hide a mistake.
 void find_poor_fit(const JudgedRun& run, Warnings& found) {
   if (run.mistakes.culprit) {
     return;

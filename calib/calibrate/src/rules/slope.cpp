@@ -11,8 +11,8 @@ namespace {
 
 constexpr double false_slope = 0.005;
 
-// Returns the stated standard uncertainty of the slope: of the field's components along the table's
-// x and y, divided by the field's magnitude.
+// Returns the stated standard uncertainty of the slope, i.e. of the field's component along the
+// table's x or y, divided by the field's magnitude.
 double stated_slope_u(const JudgedRun& run) {
   double variance = 0.0;
   if (run.calibration.fit.uncertainty) {
@@ -46,14 +46,12 @@ void find_slope(const JudgedRun& run, Warnings& found) {
                              levelness->degrees_of_freedom / (share * share));
   // With zero degrees of freedom, p is NaN, and there is no warning.
   if (off.abs().maxCoeff() > rounding && p < false_slope) {
-    found.add(
-        WarningCode::slope, {},
-        formatted(
-            "the stated field has the components {}, {} in the table's plane (divided by its "
-            "magnitude), but opposite readings give {}, {}; use method paired or joint, or correct "
-            "the stated slope",
-            number_text(given.x(), 4), number_text(given.y(), 4), number_text(levelness->mean_x, 4),
-            number_text(levelness->mean_y, 4)));
+    found.add(WarningCode::slope, {},
+              formatted("the stated field has the components {}, {} in the table's plane (divided "
+                        "by the field's magnitude), but opposite readings give {}, {}. Use the "
+                        "method 'paired' or 'joint', or correct the stated slope",
+                        number_text(given.x(), 4), number_text(given.y(), 4),
+                        number_text(levelness->mean_x, 4), number_text(levelness->mean_y, 4)));
   }
 }
 

@@ -10,8 +10,8 @@ void find_two_solutions(const JudgedRun& run, Warnings& found) {
   if (!run.estimate.direction.ambiguity.empty()) {
     found.add(WarningCode::two_solutions, {},
               run.estimate.direction.ambiguity +
-                  "; give the approximate direction of the field (its vector in the table, or the "
-                  "fence's azimuth), or name the axes by their directions (x, y, z)");
+                  "; give the approximate direction of the field (its vector in the table's frame, "
+                  "or the azimuth of the fence), or name the axes by their directions (x, y, z)");
   }
 }
 

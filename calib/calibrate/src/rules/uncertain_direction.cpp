@@ -14,10 +14,11 @@ void find_uncertain_direction(const JudgedRun& run, Warnings& found) {
   if (run.estimate.direction.se_rad > largest_direction_se_rad) {
     found.add(
         WarningCode::uncertain_direction, {},
-        formatted("the readings hardly determine the field's direction in the table (standard "
-                  "error {} rad), so the sensitivities are uncertain; also take each rest face "
-                  "with the opposite fence face, or use method known if the table is level",
-                  number_text(run.estimate.direction.se_rad, 2)));
+        formatted(
+            "the readings hardly determine the field's direction in the table's frame (standard "
+            "error {} rad), so the sensitivities are uncertain; also take each rest face with the "
+            "opposite fence face, or use the method 'known' if the table is level",
+            number_text(run.estimate.direction.se_rad, 2)));
   }
 }
 

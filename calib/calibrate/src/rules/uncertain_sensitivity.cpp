@@ -17,12 +17,11 @@ void find_uncertain_sensitivity(const JudgedRun& run, Warnings& found) {
     const double share = statistics_of(run).sensitivity_se.row(k).norm() /
                          run.calibration.sensor.response.sensitivity.row(k).norm();
     if (share > largest_share && run.estimate.direction.se_rad > 0.0) {
-      found.add(
-          WarningCode::uncertain_sensitivity, {},
-          formatted("axis {}: these readings determine the sensitivity only to {} %; too many "
-                    "readings are left out, or their poses are alike: add readings, or use "
-                    "method known if the table is level",
-                    axis_name(run, k), number_text(100.0 * share, 2)));
+      found.add(WarningCode::uncertain_sensitivity, {},
+                formatted("axis {}: these readings determine the sensitivity only to {} %; too "
+                          "many readings are left out, or their poses are alike: add readings, or "
+                          "use the method 'known' if the table is level",
+                          axis_name(run, k), number_text(100.0 * share, 2)));
     }
   }
 }

@@ -9,10 +9,11 @@ namespace {
 
 void find_unpaired(const JudgedRun& run, Warnings& found) {
   if (!run.unpaired_runs.empty()) {
-    found.add(WarningCode::unpaired, run.unpaired_runs,
-              name_of_runs(run.unpaired_runs) +
-                  ": left out, because method paired needs the opposite reading (same rest face, "
-                  "block and level; opposite fence face); take that reading, or use method joint");
+    found.add(
+        WarningCode::unpaired, run.unpaired_runs,
+        name_of_runs(run.unpaired_runs) +
+            ": left out, because the method 'paired' needs the opposite reading (same rest face, "
+            "block and level; opposite fence face); take that reading, or use the method 'joint'");
   }
 }
 

@@ -21,8 +21,8 @@ void find_unseen_axes(const JudgedRun& run, Warnings& found) {
   if (!names.empty()) {
     found.add(WarningCode::coverage, {},
               formatted("in these readings, the field has no component along {} {}, so the "
-                        "sensitivity there is not determined; add readings with the instrument "
-                        "turned about another axis",
+                        "sensitivity in this direction is not determined; add readings with the "
+                        "instrument turned about another axis",
                         names.size() == 1 ? "axis" : "the axes", joined(names)));
   }
 }

@@ -31,7 +31,7 @@ struct BlockFits {
   // faces determines some elements only through the slope of the table.
   [[nodiscard]] std::vector<std::size_t> blocks_that_determine(Eigen::Index component,
                                                                Eigen::Index axis) const {
-    constexpr double worse = 9.0;  // limit of the variance, relative to that of the best block
+    constexpr double worse = 9.0;  // largest variance, in units of the smallest one of all blocks
     double least = unit_variance.front()(component, axis);
     for (const Eigen::MatrixXd& own : unit_variance) {
       least = std::min(least, own(component, axis));

@@ -14,9 +14,10 @@
 namespace axiscal {
 namespace {
 
-// Adds a component "mounts" to the covariance, because the scatter of the B mounts leaves the
-// rotation of S uncertain. The component has 3 (B - 1) degrees of freedom. The fit of the rotations
-// reduces the degrees of freedom of each of the m axes by 3 (B - 1) / m (method.md, section 4).
+// Adds a component "mounts" to the covariance: the instrument's orientation in the cube scatters
+// between its B mounts, so the mean orientation is uncertain. The component has 3 (B - 1) degrees
+// of freedom. The fit of the rotations reduces the degrees of freedom of each of the m axes by
+// 3 (B - 1) / m (method.md, section 4).
 // @return false if an axis would have no degrees of freedom left; the estimate is then not changed.
 bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
                        double expected,

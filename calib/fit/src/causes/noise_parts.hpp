@@ -5,12 +5,13 @@
 
 namespace axiscal {
 
-/// A part of a run's noise. It contains the residuals r with weights, which are the elements of a
-/// diagonal matrix D. P is the projection onto the residual space.
+/// A part of a run's noise: the weighted sum of squares r' D r of the residuals r, and its expected
+/// value and variance for white noise. D is a diagonal matrix of weights. P is the projection onto
+/// the residual space.
 struct PartOfNoise {
   double squares = 0.0;          // r' D r
-  double trace = 0.0;            // trace of P D P
-  double trace_of_square = 0.0;  // trace of (P D P)^2
+  double trace = 0.0;            // trace of P D P: expected value of r' D r for noise of variance 1
+  double trace_of_square = 0.0;  // trace of (P D P)^2: half the variance of r' D r
 
   [[nodiscard]] double freedom() const { return trace * trace / trace_of_square; }
 };
@@ -28,7 +29,7 @@ struct Gate {
 };
 
 /// The 95 % quantile of the standard normal distribution. add_field_wander() fits models of
-/// correlated noise if its score is larger.
+/// correlated noise if the score of its correlation test is larger.
 inline constexpr double one_sided_5_percent = 1.645;
 
 /// The least number of readings for the tests in add_field_noise() and add_field_wander().

@@ -121,10 +121,9 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
   }
   if (!run.method.averages_pairs &&
       widen_by(of_layings(run.fitted.set(), estimate), "layings", run.fitted, estimate)) {
-    estimate.notes.push_back(
-        {NoteCode::correlation,
-         "consecutive readings of a pose share an error. The intervals therefore count each laying "
-         "of the cube as one reading"});
+    estimate.notes.push_back({NoteCode::correlation,
+                              "consecutive readings of a pose share an error. The intervals "
+                              "therefore count them as one reading"});
   }
   if (widen_by(of_poses(statistics), "poses", run.fitted, estimate)) {
     estimate.notes.push_back({NoteCode::seats,

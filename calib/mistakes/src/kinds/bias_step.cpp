@@ -20,7 +20,7 @@ constexpr std::array bias_step_advice = {MistakeAdvice{
 
 // A step of the bias of one axis between two readings of a block. It lasts to the end of the block.
 struct Step {
-  std::size_t cut = 0;  // position in run.order() of the first reading after the step
+  std::size_t cut = 0;  // index in run.order() of the first reading after the step
   Eigen::Index axis = 0;
   double drop = 0.0;  // reduction of the sum of squares, to first order
 };
@@ -34,8 +34,8 @@ int block_at(const SuspectRun& run, std::size_t at) {
   return run.set().readings[run.order()[at]].block;
 }
 
-// Returns the position in run.order() after the last reading of the block that contains position
-// `at`.
+// Returns the index in run.order() at which the next block begins.
+// @param at  an index in run.order() within the present block.
 std::size_t end_of_block(const SuspectRun& run, std::size_t at) {
   std::size_t end = at;
   while (end < run.count() && block_at(run, end) == block_at(run, at)) {
@@ -77,7 +77,7 @@ void add_steps(const SuspectRun& run,
 std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<Step> steps;
   if (run.set().temperature.order > 0) {
-    return steps;  // a soak that deviates from the temperature polynomials looks like a step
+    return steps;  // an error of the temperature polynomials could look like a step
   }
   for (std::size_t first = 0; first < run.count();) {
     const std::size_t end = end_of_block(run, first);

@@ -25,7 +25,9 @@ Eigen::VectorXd sensed_by(const HypothesisFit& fit,
   return base.middleCols<3>(1) * fit.coefficients.col(axis).segment<3>(1);
 }
 
-// Returns the readings at one end of an axis's range.
+// Returns the indices of the readings at one end of an axis's range.
+// @param sensed  the response of the axis at each reading; see sensed_by().
+// @param top     true for the upper end, false for the lower end.
 std::vector<std::size_t> extremes(const Eigen::VectorXd& sensed, bool top) {
   const double sign = top ? 1.0 : -1.0;
   const double end = sign * (top ? sensed.maxCoeff() : sensed.minCoeff());

@@ -17,7 +17,8 @@ constexpr std::array stuck_advice = {
 constexpr double sure = 200.0;
 constexpr std::size_t most_repeats = 3;
 
-// A reading is stuck if it repeats all digits of a reading in another pose.
+// Adds an explanation for each reading in another pose whose values equal those of reading i in all
+// digits. The output of the instrument was then probably stuck.
 void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found) {
   const auto row = static_cast<Eigen::Index>(i);
   std::size_t said = 0;

@@ -11,11 +11,11 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array table_moved_advice = {MistakeAdvice{
-    .code = WarningCode::table_moved,
-    .one = "Make sure that nothing moves the table, and take all readings again. Or give the "
-           "readings before and after the move different block numbers, and fit one slope of the "
-           "table for each block (level by block)."}};
+constexpr std::array table_moved_advice = {
+    MistakeAdvice{.code = WarningCode::table_moved,
+                  .one = "Make sure that nothing moves the table, and take all readings again. Or "
+                         "give the readings before and after the move different block numbers, and "
+                         "fit one slope of the table for each block ('level_by')."}};
 
 // Returns the derivative of one reading with respect to a rotation of the field in the table's
 // frame, about two axes perpendicular to the field. Each axis of the instrument has one row.

@@ -73,10 +73,10 @@ class AXISCAL_EXPORT CsvReader {
   /// @return the text of the header row in the file, without its line end.
   [[nodiscard]] const std::string& header_text() const { return header_text_; }
 
-  /// @return the position of a column, or nullopt if no column has that name.
+  /// @return the index of a column; nullopt if no column has that name.
   [[nodiscard]] std::optional<std::size_t> column(std::string_view name) const;
 
-  /// @return the position of a column.
+  /// @return the index of a column.
   /// @throws DataError  if no column has that name; the message lists the existing columns.
   [[nodiscard]] std::size_t need(const std::string& name) const;
 
@@ -84,15 +84,15 @@ class AXISCAL_EXPORT CsvReader {
   ///
   /// A row is `defective` if it has the wrong number of cells, an unclosed quote, text after a
   /// closing quote, or a NUL byte. Then defect() is the reason and text() is the row. If a quote is
-  /// unclosed, text() is only the row's first line, and the following call of next() starts on the
-  /// second line.
+  /// unclosed, text() is only the row's first line, and the following call of next() begins with
+  /// the line after it.
   /// @throws DataError  if reading fails or a line is longer than longest_row.
   Row next();
 
   /// Takes the next lines, about 256 KiB, so that another thread can parse them. The lines contain
-  /// no quotes: each line is one row.
+  /// no quotes, so each line is one row.
   /// @return nullopt at the end, or if a quote follows within the next 64 KiB.
-  /// @throws DataError  as next().
+  /// @throws DataError  for the same reasons as next().
   [[nodiscard]] std::optional<Lines> take_lines();
 
   /// @return the cells of a good row, unquoted; valid until next().

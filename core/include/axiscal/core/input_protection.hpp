@@ -37,7 +37,7 @@ AXISCAL_EXPORT void protect_input(const struct stat& status);
 /// @throws InputOverwriteError  if this program has read or written the file.
 AXISCAL_EXPORT void forbid_replacing_input(const std::string& path);
 
-/// The same check for an open file that is written in place, such as standard output.
+/// Checks the same for an open file that is written in place, such as standard output.
 /// @param descriptor  the open file.
 /// @param name        the file's name in the message.
 AXISCAL_EXPORT void forbid_replacing_input(int descriptor, const std::string& name);

@@ -16,7 +16,7 @@ namespace axiscal {
 /// @return the nearest double, or nullopt if the text is not a finite number.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_number(std::string_view text) noexcept;
 
-/// As parse_number(), for whole numbers in the range of int.
+/// Reads a complete text as one whole number in the range of int, like parse_number().
 [[nodiscard]] AXISCAL_EXPORT std::optional<int> parse_integer(std::string_view text) noexcept;
 
 /// Reads numbers that are separated by commas, e.g. "0.001,-0.002". Blanks around a number are

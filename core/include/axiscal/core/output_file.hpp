@@ -27,7 +27,7 @@ class AXISCAL_EXPORT OutputFile {
   };
 
   /// @throws OutputError          if the folder is missing or cannot be written to.
-  /// @throws InputOverwriteError  as forbid_replacing_input().
+  /// @throws InputOverwriteError  if forbid_replacing_input() throws it.
   explicit OutputFile(std::string path, Mode mode = Mode::replace_whole);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
@@ -45,8 +45,8 @@ class AXISCAL_EXPORT OutputFile {
   void rewrite_start(std::string_view text);
 
   /// Moves the file to its target. Do not write to it afterwards.
-  /// @throws OutputError          as write().
-  /// @throws InputOverwriteError  as forbid_replacing_input().
+  /// @throws OutputError          for the same reasons as write().
+  /// @throws InputOverwriteError  if forbid_replacing_input() throws it.
   void commit();
 
  private:
@@ -59,7 +59,7 @@ class AXISCAL_EXPORT OutputFile {
   bool make_temporary(const Make& make);
 
   std::string path_;
-  std::string target_;     // path_ with links resolved; empty if direct, or after commit()
+  std::string target_;     // path_ with links resolved; empty if is_direct() or after commit()
   std::string temporary_;  // path next to target_; empty while the file is unnamed
   int descriptor_ = -1;
   std::size_t written_ = 0;

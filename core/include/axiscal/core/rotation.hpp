@@ -13,15 +13,15 @@ namespace axiscal {
 /// @return true if all entries of |R^T R - I| are at most `tolerance`, and det R > 0.
 [[nodiscard]] AXISCAL_EXPORT bool is_rotation(const Eigen::Matrix3d& R, double tolerance = 1e-9);
 
-/// @return the cross-product matrix [v x], with [v x] u = v x u.
+/// @return the cross-product matrix of v. Its product with any vector u is v cross u.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 
 /// @param rotation_rad  axis times angle [rad]; zero gives the identity.
 /// @return the rotation by this angle about this axis.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_by(const Eigen::Vector3d& rotation_rad);
 
-/// Finds the rotation R that is nearest to a matrix M: it minimizes |R - M|. For M = sum a_i b_i^T
-/// it also minimizes sum |a_i - R b_i|^2 (Procrustes).
+/// Finds the rotation R that is nearest to a matrix M: it minimizes the Frobenius norm |R - M|. If
+/// M = sum a_i b_i^T, R also minimizes sum |a_i - R b_i|^2 (Procrustes).
 ///
 /// @param M  any matrix of rank 2 or more.
 /// @par Source

@@ -40,7 +40,7 @@ struct HeaderNumbers {
 struct ExportOptions {
   bool lossy = false;  ///< true: store the terms that the format allows, and report the loss
   /// Factor from the record's readings to the readings of the driver in the other software, for
-  /// example m/s^2 per count. It is required if the units of the two do not determine it.
+  /// example m/s^2 per count. It is required if it cannot be computed from the two units.
   std::optional<double> reading_factor;
   std::optional<double> local_gravity;  ///< local gravity [m/s^2]; required for a record in g that
                                         ///< does not state it
@@ -52,7 +52,7 @@ struct ExportOptions {
   /// number in the record.
   int instance = 0;
   std::string digest;             ///< SHA-256 of the record, for the format `label`; may be empty
-  CertificateDetails laboratory;  ///< for the format `dcc`: laboratory, customer, dates, ..
+  CertificateDetails laboratory;  ///< details of the certificate in the format `dcc`
 };
 
 /// The error of the field that the other software computes, caused by terms that the format lacks.

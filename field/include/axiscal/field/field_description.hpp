@@ -49,8 +49,9 @@ struct AXISCAL_EXPORT FieldDescription {
   std::vector<FieldDescription> parts;                 ///< parts of a sum; otherwise empty
 
   bool set_by_level = true;  ///< true for an induced field: a reading's level multiplies it
-  bool turning = false;      ///< true if this is the rotation of the table; unless its level is 0,
-                             ///< only the components of the other parts along its axis count
+  /// True if this part is the rotation of a turntable. While the table turns (its level is not 0),
+  /// only the components of the other parts along the axis of rotation are added.
+  bool turning = false;
   bool free_length = false;  ///< true if the magnitude is unknown and is fitted
   FieldStart start;          ///< start values for fitting the direction
 

@@ -13,14 +13,15 @@
 
 namespace axiscal {
 
-/// Computes one part of a field, its magnitude and its vector in the table, from the stated inputs.
-/// This class contains the steps that all kinds share. ReferenceField::resolve() contains the steps
-/// of one kind.
+/// Computes the magnitude of one part of a field, and its vector in the table's frame, from the
+/// stated inputs. This class contains the steps that all kinds share. ReferenceField::resolve()
+/// contains the steps of one kind.
 class AXISCAL_EXPORT FieldResolver {
  public:
   /// @param part           the stated inputs.
   /// @param place          site, orientation and date of the table.
-  /// @param occasion       time and unit of the readings, and the largest field stated with them.
+  /// @param occasion       time and unit of the readings, and the largest magnitude of the fields
+  ///                       stated with them.
   /// @param beside_others  true if `part` is one of several parts of a sum.
   FieldResolver(const FieldSetup& part,
                 const TablePlace& place,
@@ -71,8 +72,8 @@ class AXISCAL_EXPORT FieldResolver {
   /// known.
   void mark_magnitude_unknown();
 
-  /// True if the magnitude may stay unknown: it is stated as unknown, or this is a local part of a
-  /// sum and given_magnitude() is empty.
+  /// @return true if the magnitude may stay unknown. This is the case if it is stated as unknown,
+  ///         or if this is a local part of a sum and given_magnitude() is nullopt.
   [[nodiscard]] bool may_be_open() const;
 
   /// @return the largest magnitude of the fields that are stated with the readings; nullopt if no

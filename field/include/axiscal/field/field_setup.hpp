@@ -124,7 +124,8 @@ struct FieldOccasion {
 [[nodiscard]] AXISCAL_EXPORT std::vector<FieldDescription> resolve_field(
     const FieldSetup& setup, const TablePlace& place, const FieldOccasion& occasion);
 
-/// As resolve_field(), for a field that is not a sum, e.g. a second field (option --also).
+/// Computes a field that is not a sum like resolve_field(), e.g. a second field to which the
+/// instrument also responds (option --also).
 [[nodiscard]] AXISCAL_EXPORT FieldDescription resolve_part(const FieldSetup& part,
                                                            const TablePlace& place,
                                                            const FieldOccasion& occasion);

@@ -20,7 +20,8 @@ struct AXISCAL_EXPORT GeomagneticUncertainty {
       Eigen::Vector3d::Zero();  ///< standard uncertainties of the east, north and up components
   double magnitude_nT = 0.0;
   double inclination_rad = 0.0;
-  double declination_rad = 0.0;  ///< declination's uncertainty; it grows as the field gets steeper
+  /// Standard uncertainty of the declination; it grows with the inclination of the field.
+  double declination_rad = 0.0;
 };
 
 /// A spherical harmonic model of the geomagnetic field.
@@ -51,8 +52,10 @@ class AXISCAL_EXPORT GeomagneticModel {
   ///
   /// @return nullopt if no error model is known for this model.
   /// @par Source
-  /// The US/UK World Magnetic Model for 2025-2030: Technical Report (NOAA 2025), error model: X
-  /// 137, Y 89, Z 141, F 138 nT, I 0.20 degrees, D sqrt(0.26^2 + (5417 nT / H)^2) degrees.
+  /// The US/UK World Magnetic Model for 2025-2030: Technical Report (NOAA 2025). Its standard
+  /// uncertainties are 137 nT (north), 89 nT (east), 141 nT (down), 138 nT (magnitude), 0.20
+  /// degrees (inclination), and sqrt(0.26^2 + (5417 nT / H)^2) degrees (declination), where H is
+  /// the horizontal magnitude.
   [[nodiscard]] std::optional<GeomagneticUncertainty> uncertainty(
       const Eigen::Vector3d& value_in_enu_nT) const;
 
@@ -72,7 +75,8 @@ class AXISCAL_EXPORT GeomagneticModel {
 /// @return the angle from north to the field's horizontal part [rad], east positive, in (-pi, pi].
 [[nodiscard]] AXISCAL_EXPORT double declination_of(const Eigen::Vector3d& value_in_enu);
 
-/// The Earth's magnetic field at a place and time: F (cos I sin D, cos I cos D, -sin I).
+/// The Earth's magnetic field at a place and time. With the magnitude F, the inclination I and the
+/// declination D, it is F (cos I sin D, cos I cos D, -sin I) in enu.
 ///
 /// @code
 /// axiscal::GeomagneticField field({.latitude_deg = 48.1, .longitude_deg = 11.6}, 2026.5);

@@ -70,8 +70,9 @@ AXISCAL_EXPORT void set_axes(Instrument& instrument, const std::vector<std::stri
 /// @throws DomainError  if there is no axis, or a name is empty or repeated.
 AXISCAL_EXPORT void check_axes(const Instrument& instrument);
 
-/// @throws DomainError  if a serial number is longer than 200 bytes, contains a control character
-///                      or is not UTF-8. It is used in file names and in printed lines.
+/// Checks a serial number, because it is used in file names and in printed lines.
+/// @throws DomainError  if it is longer than 200 bytes, contains a control character or is not
+///                      UTF-8.
 AXISCAL_EXPORT void check_serial(std::string_view serial);
 
 /// Returns the component of the field that an axis is meant to sense.

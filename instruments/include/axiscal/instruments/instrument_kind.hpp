@@ -41,7 +41,8 @@ struct DerivedValues {
 struct CalibratedInstrument {
   const Instrument& instrument;
   const LinearResponse& response;
-  Eigen::MatrixXd covariance;  ///< of bias and sensitivities, axis by axis, 4 m x 4 m; or empty
+  /// Covariance of bias and sensitivities, axis by axis, 4m x 4m; empty if it is unknown.
+  Eigen::MatrixXd covariance;
   std::string field_kind;
   std::string field_unit;
   double magnitude = 1.0;                              ///< the field's magnitude F [field unit]
@@ -61,7 +62,7 @@ struct KindQuantity {
 /// The type of sensor in vehicles and phones that corresponds to an instrument.
 enum class VehicleSensor { none, accelerometer, gyroscope, magnetometer };
 
-/// Rules that find the columns of a log with an instrument's readings by their names.
+/// Rules that find, by their names, the columns of a log that contain an instrument's readings.
 struct ColumnNames {
   std::string_view letters;  ///< possible first letters of short names; "gw" finds "gx" and "wx"
   std::string_view word;     ///< text that longer names contain; "gyr" finds "gyro_x"
@@ -80,7 +81,7 @@ struct InstrumentKind {
   std::function<DerivedValues(const DeriveInput& input)> derive;
 
   bool derives_with_attitude = false;  ///< true if derive() is called only with DeriveInput::up
-  bool has_axis_elevation = false;     ///< true if the angle of an axis to the horizontal is usual
+  bool has_axis_elevation = false;     ///< true if results include each axis's elevation angle
 
   std::string_view usual_field;  ///< default kind of field; if empty, the user must state the kind
   /// True if a field of magnitude 1, in relative units, is used as the default when neither a
@@ -91,7 +92,7 @@ struct InstrumentKind {
   bool sees_one_side = false;       ///< true if an axis may respond only to light from its front
   bool answers_to_gravity = false;  ///< true if such instruments often respond to gravity too
 
-  /// A function that returns the results for the record and the summary that are added to bias and
+  /// A function that returns further results for the record and the summary, besides bias and
   /// sensitivity; may be null.
   std::function<std::vector<KindQuantity>(const CalibratedInstrument& calibrated)> describe;
 };

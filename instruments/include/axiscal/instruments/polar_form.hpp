@@ -11,17 +11,19 @@ namespace axiscal {
 
 /// One sensing axis in the notation of the wind-tunnel literature.
 struct PolarForm {
-  double sensitivity = 0.0;       ///< s [unit per field unit]; negative for a reversed axis
+  double sensitivity = 0.0;       ///< s [unit per field unit], with the sign of T_k (see below)
   double coning_angle_rad = 0.0;  ///< Omega: angle between nominal and true axis, 0 to pi/2
   double azimuth_rad = 0.0;       ///< A: azimuth of the true axis, in (-pi, pi]; 0 if Omega = 0
 };
 
 /// Computes sensitivity, coning angle and azimuth of one axis from its row of S.
 ///
-/// T is the row of S in forward-right-down; k, k+1, k+2 are taken cyclically from x, y, z:
+/// T is the row of S in forward-right-down axes. k is the nominal axis, followed by k+1 and k+2 in
+/// the cycle x, y, z, x.
 ///
-///     s = sign(T_k) |T|,  Omega = atan2(hypot(T_k+1, T_k+2), |T_k|),  A = atan2(T_k+2 / s, T_k+1 /
-///     s)
+///     s = sign(T_k) |T|
+///     Omega = atan2(hypot(T_k+1, T_k+2), |T_k|)
+///     A = atan2(T_k+2 / s, T_k+1 / s)
 ///
 /// If the convention is forward-left-up, T is the row times diag(1, -1, -1). Therefore, as in the
 /// source, s is negative for an axis y or z that is not reversed.
@@ -36,8 +38,10 @@ struct PolarForm {
                                                               int nominal_axis,
                                                               AxisConvention convention);
 
-/// The inverse of polar_from_sensitivity(): T = s (cos(Omega) e_k + sin(Omega) (cos(A) e_k+1 +
-/// sin(A) e_k+2)).
+/// Computes the row of S of one axis, as the inverse of polar_from_sensitivity(). With the unit
+/// vectors e_k of the axes,
+///
+///     T = s (cos(Omega) e_k + sin(Omega) (cos(A) e_k+1 + sin(A) e_k+2))
 ///
 /// @return the axis's row of S [unit per field unit], frame sensor.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.

@@ -18,8 +18,8 @@ struct AllanPoint {
   /// Equivalent degrees of freedom of the Allan variance. They depend on the kind of noise, which
   /// is inferred from the slope of the curve at this point.
   double degrees_of_freedom = 0.0;
-  /// Lower bound of the degrees of freedom; 0 if not known. At long tau it is at most the value for
-  /// a random walk. Otherwise a random walk whose deviation is low by chance would be taken for
+  /// Lower bound of the degrees of freedom; 0 if not known. At long tau, the bound does not exceed
+  /// the degrees of freedom of a random walk, because a random walk may by chance have the slope of
   /// white noise, which has more degrees of freedom.
   double fewest_degrees_of_freedom = 0.0;
   /// Ends of the 68.3 % confidence interval of the deviation, from the chi^2 distribution.
@@ -48,7 +48,7 @@ void add_intervals(std::vector<AllanPoint>& points, double phases);
 ///
 /// @param samples  evenly spaced samples y; their mean is removed first.
 /// @param rate_hz  sampling rate 1 / tau_0.
-/// @param lengths  averaging lengths m in ascending order; lengths of more than half the samples
+/// @param lengths  averaging lengths m [samples], ascending; lengths of more than half the record
 ///                 are ignored.
 /// @throws DomainError  if there are fewer than 2 samples, or a sample is not finite.
 /// @par Source

@@ -20,10 +20,10 @@ struct RecordedLog {
   std::vector<std::string> notes;  ///< notes from reading the log; copied to the calibrations
 };
 
-/// How the seats of an instrument in a log are known (faces of the cube on the table and at the
-/// fence).
+/// How it is known, for each rest of a log, which faces of the cube lay on the table and at the
+/// fence.
 enum class Seats {
-  unknown,     ///< not at all: the instrument is a bare board that was turned by hand
+  unknown,     ///< the seats are not known: the instrument is a bare board, turned by hand
   sheet,       ///< the cube was placed in the order of a run sheet
   recognised,  ///< from the sensors: the accelerometer shows the rest faces, and the gyroscope or
                ///< the magnetometer shows the fence faces
@@ -50,7 +50,7 @@ struct ImuOptions {
   /// An existing calibration of the accelerometer, in the unit of the log's readings. It is used
   /// unchanged.
   std::optional<Calibration> known_accelerometer;
-  std::optional<Face> first;  ///< fence face of the first rest, for Seats::recognised
+  std::optional<Face> first;  ///< fence face at the first rest; used by Seats::recognised
   TurnFitOptions turns;
 };
 
@@ -108,7 +108,7 @@ void check_fences(const RecordedLog& log,
 /// errors after the turns. Without one, it is that of the calibrated magnitudes of gravity. The
 /// factor is large if the attitudes of the rests do not cover all directions.
 ///
-/// The accelerometer is calibrated from its seats if they are known. Otherwise the method
+/// If the seats are known, the accelerometer is calibrated from them. Otherwise the method
 /// `magnitude` is used. The gyroscope is calibrated from the turns between rests (fit_turns()). The
 /// magnetometer is calibrated like the accelerometer, and its frame is aligned with the
 /// accelerometer's.

@@ -25,16 +25,15 @@ struct LongestRest {
 
 /// Finds the longest part of a log at rest. The log is divided into windows of about half a second.
 /// A window is at rest if its variance in every column is at most a factor times the column's
-/// variance at rest. The variance at rest is the 10 % quantile of the variances of the windows, or
-/// the 2 % quantile if less than a tenth of the log is at rest. The factor is between 8 and 40. It
-/// is larger for a column whose variances differ more. If the window before or after the part is in
-/// motion, the part is shortened by one window at this end, because a hand may already have touched
-/// the instrument there.
+/// variance at rest. The variance at rest is the 10 % quantile of the windows' variances, or the
+/// 2 % quantile if less than a tenth of the log is at rest. The factor is between 8 and 40. It is
+/// larger for a column whose variances differ more. At an end next to a window in motion, the part
+/// is shortened by one window, because a hand may already have touched the instrument there.
 ///
-/// A log of a walk or a ride contains no windows at rest. LongestRest::moves is then true. This is
-/// recognised from the means of neighbouring windows, which differ by more than those of a sensor
-/// at rest (0.05 m/s^2 or 0.3 deg/s), or from the length of the part, if this is less than 10 s and
-/// less than half of the log.
+/// A log of a walk or a ride contains no window at rest. LongestRest::moves is true in two cases:
+/// - The means of neighbouring windows differ by more than is usual at rest (0.05 m/s^2 or
+///   0.3 deg/s).
+/// - The part is shorter than 10 s and shorter than half of the log.
 /// @param columns  columns of equal length.
 /// @param rate_hz  samples per second.
 [[nodiscard]] LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz);

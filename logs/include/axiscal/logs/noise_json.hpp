@@ -15,7 +15,7 @@ namespace axiscal {
 struct ColumnNoise {
   std::string name;
   std::vector<AllanPoint> curve;
-  /// Further deviations of the same record, one for each point of `curve`; NaN if tau is too long.
+  /// Variants of the Allan deviation, one value for each point of `curve`; NaN if tau is too long.
   std::map<OtherDeviation, std::vector<double>> others;
   NoiseModel model;
   Dwell dwell;
@@ -57,8 +57,8 @@ struct LogNoise {
 [[nodiscard]] std::string kalibr_imu_yaml(const LogNoise& noise,
                                           const std::string& topic = "/imu0");
 
-/// Write and read noise as JSON, {"format": "axiscal-noise", "version": 1, ..}. The JSON contains
-/// curves, coefficients and dwell times.
+/// noise_json() writes noise as JSON, and parse_noise() reads it: {"format": "axiscal-noise",
+/// "version": 1, ..}. The JSON contains curves, coefficients and dwell times.
 /// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] std::string noise_json(const LogNoise& noise);
 [[nodiscard]] LogNoise parse_noise(std::string_view text, const std::string& path);

@@ -43,8 +43,8 @@ struct NoiseCoefficient {
 /// The noise coefficients of a sensor from its Allan deviation curve.
 struct NoiseModel {
   std::vector<NoiseCoefficient> coefficients;  ///< one for every kind
-  /// p-value of the test whether the five kinds of noise describe the curve from `from_tau_s` on;
-  /// NaN if there are too few points.
+  /// p-value of the chi^2 test whether a sum of the five kinds of noise describes the curve at
+  /// tau >= `from_tau_s`; NaN if there are too few points.
   double p_value = 1.0;
   double from_tau_s = 0.0;  ///< shortest tau that is fitted; a filter may shape the curve below it
   /// Assumed relative error of the modelled deviations; 0 if the kinds of noise describe the curve.
@@ -100,17 +100,18 @@ struct NoiseModel {
 
 /// How long a reading should be averaged.
 struct Dwell {
-  double best_s = 0.0;     ///< tau with the smallest deviation; longer averages are not better
+  double best_s = 0.0;     ///< averaging time with the smallest Allan deviation [s]
   double deviation = 0.0;  ///< Allan deviation at best_s [unit]
-  /// Shortest tau from which on, up to best_s, the deviation exceeds `deviation` by at most 10 %.
+  /// Shortest useful averaging time. From it to best_s, the Allan deviation is at most 10 % above
+  /// `deviation`.
   double sensible_s = 0.0;
   double sensible_deviation = 0.0;  ///< Allan deviation at sensible_s [unit]
   bool beyond_record = false;       ///< true if the curve still falls at the end of the record
 };
 
-/// Finds the averaging time with the smallest deviation. Only the first points are used, up to the
-/// first one with fewer than 20 degrees of freedom. If these are fewer than three points, all
-/// points are used.
+/// Finds the averaging time with the smallest deviation. Only the points before the first one with
+/// fewer than 20 degrees of freedom are used. If these are fewer than three points, all points are
+/// used.
 /// @throws DomainError  if the curve is empty.
 [[nodiscard]] Dwell best_dwell(std::span<const AllanPoint> curve);
 

@@ -11,8 +11,8 @@
 
 namespace axiscal {
 
-/// Variants of the Allan deviation. The formulas are those of the variances, which are the squares
-/// of the deviations. There, x is the phase at N points, and tau = m tau_0.
+/// Variants of the Allan deviation. Each formula below gives the variance, which is the square of
+/// the deviation. In the formulas, x is the phase at N points, and tau = m tau_0.
 enum class OtherDeviation {
   /// sum_j (sum_(i=j..j+m-1) x_(i+2m) - 2 x_(i+m) + x_i)^2 / (2 m^2 tau^2 (N - 3m + 1)). Unlike the
   /// Allan deviation, it distinguishes white from flicker phase noise.
@@ -32,7 +32,7 @@ inline constexpr std::array all_other_deviations = {
 [[nodiscard]] std::string name_of(OtherDeviation which);
 [[nodiscard]] std::optional<OtherDeviation> other_deviation_of(std::string_view name);
 
-/// Computes one of these deviations for several averaging lengths.
+/// Computes one variant of the Allan deviation for several averaging lengths [samples].
 /// @param samples  evenly spaced samples; their mean is removed first.
 /// @return one deviation for each length; NaN if the length is too long for the record.
 /// @throws DomainError  for the same reasons as allan_deviation().
@@ -44,7 +44,7 @@ inline constexpr std::array all_other_deviations = {
                                                    double rate_hz,
                                                    std::span<const std::size_t> lengths);
 
-/// Computes one of these deviations from phase data; see other_deviations().
+/// Computes one variant of the Allan deviation from phase data; see other_deviations().
 [[nodiscard]] std::vector<double> other_deviations_of_phase(OtherDeviation which,
                                                             std::span<const double> phase,
                                                             double rate_hz,

@@ -16,8 +16,9 @@ namespace axiscal {
 struct Region {
   enum class Kind { rest, turn };
   Kind kind = Kind::rest;
-  std::string name;                       ///< name of the region, for messages; may be empty
-  std::optional<double> start_s, end_s;   ///< seconds since the first sample; instead of start, end
+  std::string name;  ///< name of the region, for messages; may be empty
+  /// Start and end of the region [s since the first sample]; an alternative to `start` and `end`.
+  std::optional<double> start_s, end_s;
   std::optional<std::size_t> start, end;  ///< zero-based sample numbers; end is one past the last
   std::optional<Face> rest;               ///< the face that lay on the table
   std::optional<Face> fence;              ///< the face at the fence
@@ -32,7 +33,7 @@ struct Region {
 /// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] std::vector<Region> read_regions(const std::string& path);
 
-/// Reads regions from a column of names in a table, as in recordings for the library imucal.
+/// Reads regions from a column of names in a table; the library imucal uses such names.
 /// Successive rows with the same name are one region. "x_p" is a rest with +x up, "x_a" is a rest
 /// with -x up, and "x_rot" is one turn about x in an unknown direction. Rows with other names are
 /// ignored.
@@ -44,7 +45,7 @@ struct Region {
 ///
 /// The accelerometer is calibrated from the rests. If both faces of all rests are stated, the rests
 /// are treated as readings with the cube. If only the faces on the table are stated, the table is
-/// assumed to be level, so that its actual slope becomes part of the biases. If no faces are
+/// assumed to be level; its actual slope then causes errors of the biases. If no faces are
 /// stated, the method `magnitude` is used. The gyroscope is calibrated from the turns, whose angles
 /// are known:
 ///

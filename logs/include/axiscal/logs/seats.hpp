@@ -17,9 +17,9 @@ namespace axiscal {
 /// The orientation of each rest of a log, as far as it is known.
 struct SeatLabels {
   std::vector<std::optional<DesignPoint>> points;  ///< one for each rest; nullopt if not known
-  /// Position of the row in the run sheet for each rest; empty if there is no run sheet.
+  /// For each rest, the index of its row in the run sheet; empty if there is no run sheet.
   std::vector<std::optional<std::size_t>> rows;
-  std::vector<std::string> messages;  ///< about rests and rows that do not fit, with remedies
+  std::vector<std::string> messages;  ///< each names a rest or row that does not fit, and a remedy
 };
 
 /// Estimates the upward vertical at each rest of a cube by a rough calibration. The bias of an axis
@@ -58,9 +58,9 @@ void assume_level_table(double magnitude,
 
 /// Computes how well the rests fit the poses and levels of a sheet under the assumption that rest i
 /// belongs to row i. The model is v_i = c + M vec(level_i R_i). Here R_i is the rotation of the
-/// pose in row i, and c and M are fitted by least squares. The model describes every linear
-/// instrument in every field that is constant in the table's frame. An exchange of two rests is not
-/// detected if the model fits the exchanged rests as well.
+/// pose in row i, v_i are the means at rest i, and c and M are fitted by least squares. The model
+/// describes every linear instrument in every field that is constant in the table's frame. If the
+/// model fits equally well after two rests are exchanged, the exchange is not detected.
 ///
 /// @param means  means of the m columns of an instrument at the rests, n x m.
 /// @param sheet  run sheet of n rows.
@@ -69,10 +69,10 @@ void assume_level_table(double magnitude,
 [[nodiscard]] std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
                                                     const std::vector<RunSheetRow>& sheet);
 
-/// Labels rests by a run sheet if the kind of instrument is not known. The order of the sheet is
-/// used if the rests fit its poses in some field (misfit_of_order()). Otherwise the rests are
-/// labelled by the faces that an accelerometer shows, and each rest that differs from the sheet
-/// gets a message.
+/// Labels rests by a run sheet if the kind of instrument is not known. If there is a constant field
+/// in which the rests fit the poses of the sheet in order (misfit_of_order()), rest i gets the
+/// label of row i. Otherwise the rests are labelled by the faces that an accelerometer shows, and
+/// each rest that differs from the sheet gets a message.
 ///
 /// @param means             means of m columns at the rests, n x m.
 /// @param is_accelerometer  true if the three columns are known to be an accelerometer's.
@@ -86,9 +86,8 @@ void assume_level_table(double magnitude,
 /// @param faces  the rest faces that resting_faces() found.
 /// @param turns  n - 1 rotations from the sensor's frame at rest i + 1 to its frame at rest i, for
 ///               example from an integrated gyroscope.
-/// @param first  label of the first rest. If it is nullopt, some label with the right rest face is
-///               used, because a rotation of the table about the vertical does not change the
-///               coefficients.
+/// @param first  label of the first rest. If it is nullopt, any label with the right rest face is
+///               used, because the coefficients do not depend on the heading of the table.
 /// @return labels. A rest gets a message instead of a label if its attitude is more than 30 degrees
 ///         from that of every design point.
 [[nodiscard]] SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
@@ -108,7 +107,7 @@ void assume_level_table(double magnitude,
                                           const std::optional<DesignPoint>& first);
 
 /// Labels rests if only their rest faces are known. The standard design has two fence faces for
-/// each rest face. Successive rests on the same face get them alternately.
+/// each rest face. Successive rests on the same face alternate between these two fence faces.
 [[nodiscard]] SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces);
 
 }  // namespace axiscal

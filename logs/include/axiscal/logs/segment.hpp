@@ -17,7 +17,7 @@ namespace axiscal {
 
 /// The options for cutting a log into rests.
 struct SegmentOptions {
-  std::vector<std::string> columns;  ///< columns in whose variance motion is detected
+  std::vector<std::string> columns;  ///< names of the columns in whose variance motion is detected
   /// Columns whose means distinguish attitudes, usually those of an accelerometer; if empty,
   /// `columns` are used.
   std::vector<std::string> attitude;
@@ -26,23 +26,27 @@ struct SegmentOptions {
   double window_s = 0.5;          ///< length of the window in which the variance is computed [s]
   double shortest_s = 1.0;        ///< shortest duration of a rest after trimming [s]
   double trim_s = 0.1;            ///< time removed at each end of a rest, besides half a window [s]
-  /// A sample is at rest if its joined variance (see StaticDetector) is below this number [unit^2].
-  /// If it is nullopt, the threshold is chosen automatically.
+  /// A sample is at rest if its joined variance (see StaticDetector) is below this threshold, which
+  /// is in the square of the readings' unit. If it is nullopt, the threshold is chosen
+  /// automatically.
   std::optional<double> threshold;
   std::optional<ReadingRange> range;  ///< a sample of `columns` at or beyond a limit is saturated
   bool join = true;                   ///< true: if a knock splits a rest, use only the longer part
-  /// Samples that no rest may contain: ascending pairs of the first sample and one past the last.
+  /// Ranges of samples that no rest may contain, ascending. Each is a pair: the number of the first
+  /// sample, and one past the number of the last.
   std::vector<std::pair<std::size_t, std::size_t>> left_out;
-  std::vector<std::size_t> begins;  ///< samples at which a further recording begins; ascending
+  /// Numbers of the samples at which the second and each later recording begins, ascending.
+  std::vector<std::size_t> begins;
 };
 
 /// The rests of a log.
 struct Segmentation {
   std::vector<std::string> columns;    ///< names of the log's columns, without the times
-  std::vector<std::size_t> detection;  ///< positions of the columns whose variance shows motion
+  std::vector<std::size_t> detection;  ///< indices of the columns used to detect motion
   std::vector<StaticInterval> intervals;
   std::vector<std::vector<std::string>> marks;  ///< per rest: "drift", "knock", "stuck", "restless"
-  double threshold = 0.0;  ///< a sample is at rest if its joined variance is below it [unit^2]
+  /// The threshold that was used; see SegmentOptions::threshold.
+  double threshold = 0.0;
   /// The thresholds that were tried, in ascending order, each with the number of rests it gives.
   std::vector<std::pair<double, std::size_t>> tried;
   double rate_hz = 0.0;
@@ -53,7 +57,7 @@ struct Segmentation {
 };
 
 /// A function that chooses a threshold. It receives one set of intervals for each threshold, and
-/// returns the position of the chosen set. Default: most_persistent().
+/// returns the index of the chosen set. Default: most_persistent().
 /// @param so_far  contains the columns, the rate and the number of samples, but no intervals yet.
 using ThresholdChoice =
     std::function<std::size_t(const std::vector<IntervalSet>& sets, const Segmentation& so_far)>;

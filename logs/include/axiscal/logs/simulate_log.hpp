@@ -33,15 +33,15 @@ struct ImuSimulation {
 };
 
 /// Simulates a log of rests in the given attitudes and smooth turns between them. The columns are
-/// t, ax ay az, gx gy gz and mx my mz. Those of instruments that are not simulated are missing.
+/// t, ax ay az, gx gy gz and mx my mz; only the columns of simulated instruments exist.
 ///
 /// @param rotations_table_from_sensor  attitude of each rest, in order.
 [[nodiscard]] RecordedLog simulate_imu_log(
     const ImuSimulation& simulation,
     const std::vector<Eigen::Matrix3d>& rotations_table_from_sensor);
 
-/// @return the attitude of a nominal cube for each row of a run sheet, which is the rotation from
-///         its edges to the table.
+/// @return the attitude of a nominal cube for each row of a run sheet: the rotation from the frame
+///         `positioner` to the frame `table`.
 [[nodiscard]] std::vector<Eigen::Matrix3d> attitudes_of(const std::vector<RunSheetRow>& sheet);
 
 /// @return random attitudes, like those of a board that is turned by hand. Each one is more than 60

@@ -29,15 +29,18 @@ struct StaticInterval {
   /// Change of each column over the interval, according to a straight line fitted by least squares
   /// [unit of the column].
   Eigen::VectorXd drift;
-  double loudest = 1.0;  ///< largest joined variance (see StaticDetector) divided by the mean one
-  double motion = 0.0;   ///< mean joined variance [unit^2]
+  /// Largest joined variance (see StaticDetector) in the interval, divided by the mean one.
+  double loudest = 1.0;
+  double motion = 0.0;  ///< mean joined variance in the interval [square of the samples' unit]
 
   [[nodiscard]] std::size_t samples() const { return end - first; }
 };
 
 /// The intervals that one threshold gives.
 struct IntervalSet {
-  double threshold = 0.0;  ///< a sample is at rest if its joined variance is below it [unit^2]
+  /// A sample is at rest if its joined variance is below this threshold [square of the samples'
+  /// unit].
+  double threshold = 0.0;
   std::vector<StaticInterval> intervals;
 };
 
@@ -46,22 +49,24 @@ struct DetectorOptions {
   std::size_t window = 101;            ///< number of samples in the variance's window; odd
   std::size_t trim = 10;               ///< number of samples removed at each end of an interval
   std::size_t shortest = 100;          ///< smallest number of samples of a trimmed interval
-  std::optional<double> threshold;     ///< only threshold to use [unit^2]; nullopt: try many
+  /// The only threshold to use [square of the samples' unit]. If nullopt, many are tried.
+  std::optional<double> threshold;
 };
 
 /// Finds static intervals in a stream of samples, in constant memory, for many thresholds at once.
 ///
 /// The joined variance of a sample combines the variances of the columns in a window about the
 /// sample. It is the root of the sum of their squares (Tedaldi et al. 2014). The thresholds are
-/// powers of sqrt(2) from the smallest joined variance in the log to the largest. The variance is
-/// computed once, and all thresholds use the same sums within a block.
+/// powers of sqrt(2) from the smallest joined variance in the log to the largest. The variances and
+/// the sums of the samples are computed once for all thresholds.
 ///
 /// @par Source
 /// D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014; T. F. Chan, G. H. Golub, R. J. LeVeque, The
 /// American Statistician 37 (1983), for combining sums about different reference values.
 class StaticDetector {
  public:
-  /// @throws DomainError  for a window of less than 3 samples or no column of detection.
+  /// @throws DomainError  if the window has fewer than 3 samples, or DetectorOptions::detection is
+  ///                      empty.
   StaticDetector(const DetectorOptions& options, std::size_t columns);
   ~StaticDetector();
   StaticDetector(StaticDetector&&) noexcept;

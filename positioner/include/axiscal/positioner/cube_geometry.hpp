@@ -25,10 +25,11 @@ struct CubeGeometry {
   /// Distance of each face's contact plane from the cube's centre [m]; nullopt if the feet of the
   /// face are unknown.
   std::array<std::optional<double>, all_faces.size()> offset_m;
-  double worst_from_square_rad = 0.0;
-  double worst_from_parallel_rad = 0.0;
+  double worst_from_square_rad = 0.0;    ///< largest |deviation_rad| of adjacent faces
+  double worst_from_parallel_rad = 0.0;  ///< largest |deviation_rad| of opposite faces
 };
 
+/// Computes the angles between the faces of a cube, and the distances of the faces from its centre.
 /// @par Source
 /// method.md, section 9.
 [[nodiscard]] AXISCAL_EXPORT CubeGeometry describe_geometry(const Positioner& positioner);

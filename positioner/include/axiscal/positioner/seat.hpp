@@ -16,9 +16,10 @@ namespace axiscal {
 struct AXISCAL_EXPORT Seat {
   Eigen::Matrix3d rotation_table_from_positioner = Eigen::Matrix3d::Identity();
   std::array<int, 2> contacts = {-1, -1};  ///< indices of the feet that touch the fence, or -1
-  double turn_rad = 0.0;  ///< turn about the table's normal, relative to the rotation by normals
-  bool rocks = false;     ///< true if a second seat is stable, because the middle foot protrudes
-  std::string defect;     ///< why the cube cannot lie at this point; empty for a valid seat
+  /// Turn about the table's normal, relative to the orientation that the face normals alone give.
+  double turn_rad = 0.0;
+  bool rocks = false;  ///< true if a second seat is stable, because the middle foot protrudes
+  std::string defect;  ///< why the cube cannot lie at this design point; empty for a valid seat
 };
 
 /// Slides and turns a cube that rests on the table until it touches the fence (method.md, section

@@ -26,18 +26,17 @@ struct ReportOptions {
   const LogNoise* noise = nullptr;
 };
 
-/// The expanded uncertainty (95 %) of a direction that one reading gives, for the direction of the
-/// field in which it is largest.
+/// The expanded uncertainty (95 %) of an angle that is computed from one reading. It is the largest
+/// value over the directions of the field.
 struct WorstAngleUncertainty {
-  std::string quantity;       ///< "pitch", "roll", "yaw", or "direction of the field"
+  std::string quantity;       ///< "pitch", "roll", or "direction of the field"
   double expanded_deg = 0.0;  ///< NaN if the record does not state uncertainties
 };
 
 /// @param calibration  a record of three axes or more.
 /// @return the larger of the uncertainties of pitch and roll, for instruments that measure them.
 ///         Only pitch angles up to 80 degrees count, because roll is undefined near 90 degrees. For
-///         other instruments, the uncertainty of the angle between the field and the reduced
-///         reading.
+///         other instruments, the uncertainty of the field's direction computed from a reading.
 [[nodiscard]] WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration);
 
 /// Writes a report of a calibration as one HTML page. The page does not load other files.

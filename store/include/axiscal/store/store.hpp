@@ -16,8 +16,8 @@ struct StoredCoefficient {
   std::string name;  ///< "x.bias", "x.sensitivity.y"
   double value = 0.0;
   double u = 0.0;         ///< standard uncertainty; NaN if it is not known
-  double u_noise = 0.0;   ///< the part of u due to the noise of the readings; NaN if not known
-  double expanded = 0.0;  ///< half the width of the 95 % interval; NaN if it is not known
+  double u_noise = 0.0;   ///< part of u from the noise of the readings; NaN if not known
+  double expanded = 0.0;  ///< half-width of the 95 % confidence interval; NaN if not known
 };
 
 /// A calibration in a store: the JSON record, and the values by which a store is searched.
@@ -71,7 +71,7 @@ struct StoreDefect {
 /// A database of calibrations: a file of SQLite, or PostgreSQL.
 ///
 /// Several processes may write at the same time. A calibration that is already in the store is not
-/// added again. A record's JSON is complete: reading the record does not need the other columns.
+/// added again. The JSON of a record is complete and can be read without the other columns.
 ///
 /// @code
 /// axiscal::Store store("lab.db", axiscal::Store::Access::write);
@@ -89,8 +89,8 @@ class Store {
   /// @param address  the path of a file of SQLite, or postgresql://USER@HOST/DATABASE.
   /// @throws DataError     if there is no such store, it is another program's database, or its
   ///                       schema is newer than this program's.
-  /// @throws RefusedError  if its schema is older (Access::migrate opens it), or this build lacks
-  ///                       the database.
+  /// @throws RefusedError  if the store's schema is older than this program's (Access::migrate
+  ///                       opens such a store), or this build does not support the database.
   Store(const std::string& address, Access access);
   ~Store();
   Store(const Store&) = delete;
@@ -103,7 +103,7 @@ class Store {
   void migrate();
 
   /// Stores a calibration in the current transaction; begins a transaction if there is none.
-  /// @return false if the same record of this unit is stored already.
+  /// @return false if the same record of this instrument is stored already.
   /// @throws OutputError  if it cannot be written, for example because the disk is full.
   bool add(const StoredCalibration& calibration);
 
@@ -116,8 +116,8 @@ class Store {
                 StoredPart part,
                 const std::function<void(const StoredCalibration&)>& take) const;
 
-  /// @return the calibration that was valid for a unit at the time `at`: the newest one with the
-  ///         status "ok" or "warning" whose date is not after `at`.
+  /// Finds the calibration that was valid for an instrument at the time `at`.
+  /// @return the newest calibration with the status "ok" or "warning" whose date is not after `at`.
   /// @param at  time in ISO 8601, UTC; a date without a time means the end of that day. If nullopt,
   ///            the newest calibration is returned.
   /// @throws DataError  if there is no such calibration, or if calibrations of several kinds or

@@ -41,8 +41,8 @@ struct AXISCAL_EXPORT BodyRotation {
   Eigen::MatrixXd by_parameters;
   std::vector<std::string> parameter_names;  ///< names of the p parameters
   int readings = 0;                          ///< number of readings at references
-  /// Standard deviation of the angle between a measured and a stated direction, about one axis
-  /// perpendicular to the stated direction.
+  /// Standard deviation of the difference between a measured and a stated direction, for each of
+  /// the two components perpendicular to the stated direction.
   double residual_sd_rad = 0.0;
   std::string created;        ///< time of the computation, ISO 8601, UTC
   std::string record;         ///< file with the calibration that was used; may be empty
@@ -133,6 +133,8 @@ corrected_by_tare(const Calibration& calibration,
 /// @return the text of the rotation file (formats.md, Rotation of a body).
 [[nodiscard]] AXISCAL_EXPORT std::string body_rotation_json(const BodyRotation& body);
 
+/// Reads a rotation from the text of a rotation file.
+/// @param path  the file's name for messages.
 /// @throws DataError  if the text is not a valid rotation file.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation parse_body_rotation(std::string_view text,
                                                               const std::string& path);
@@ -148,6 +150,9 @@ struct JointMovement {
   double p_value = 1.0;
 };
 
+/// Computes the angle between the verticals that two instruments measure, and tests whether the
+/// joint between them has moved.
+///
 /// @param first, second        the fields measured by both instruments, in the model's axes.
 /// @param first_covariance, .. covariances of the fields; nullopt if a record states none.
 /// @param degrees_of_freedom   degrees of freedom of the sum of the two covariances.
@@ -169,6 +174,8 @@ struct BodyChange {
   double p_value = 1.0;  ///< probability of a change at least as large by chance
 };
 
+/// Computes the change from the rotation `before` to the rotation `after`, and tests whether it can
+/// be due to chance.
 /// @throws RefusedError  if both rotations have zero uncertainty about the same axis.
 [[nodiscard]] AXISCAL_EXPORT BodyChange compare_rotations(const BodyRotation& before,
                                                           const BodyRotation& after);

@@ -32,11 +32,13 @@ struct ReadingNoise {
 ///         that the scatter of the fit is used.
 [[nodiscard]] AXISCAL_EXPORT ReadingNoise stated_noise(const Calibration& calibration);
 
-/// Uncertainties of a reading's results, in their units.
+/// Uncertainties of a reading's results, each in the unit of the result.
 struct AXISCAL_EXPORT UncertaintyOfResults {
-  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< of the components [field unit]
+  /// Uncertainties of the field's components [field unit].
+  Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();
   double residual = 0.0;
-  std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN if the value is NaN
+  /// Uncertainties of the derived values; NaN if the derived value itself is NaN.
+  std::array<double, DerivedValues{}.values.size()> derived{};
 };
 
 /// Standard and expanded uncertainties of a reading's results.
@@ -58,8 +60,8 @@ class ReadingPropagation;
 
 /// @param propagation  the propagation with the same record.
 /// @param direction    direction of the field: unit vector, frame sensor.
-/// @return the expanded uncertainty (95 %) of the direction of the measured field [deg]: the angle
-///         about that axis for which it is largest.
+/// @return the expanded uncertainty (95 %) of the direction of the measured field [deg], for the
+///         axis perpendicular to the direction about which it is largest.
 [[nodiscard]] AXISCAL_EXPORT double direction_uncertainty_deg(const Calibration& calibration,
                                                               const ReadingPropagation& propagation,
                                                               const Eigen::Vector3d& direction);
@@ -128,8 +130,8 @@ class AXISCAL_EXPORT ReadingPropagation {
       std::span<const double> readings,
       const std::optional<SensorTemperature>& temperature = {}) const;
 
-  /// Standard uncertainties for one axis of an instrument with fewer than three axes. The field
-  /// perpendicular to the axis is unknown, but its length is at most F.
+  /// Standard uncertainties for one axis of an instrument with fewer than three axes. The field's
+  /// component perpendicular to the axis is unknown, but does not exceed the magnitude F.
   struct Axis {
     double component = 0.0;  ///< uncertainty of the component along the axis [field unit]
     double angle_rad = 0.0;
@@ -146,9 +148,9 @@ class AXISCAL_EXPORT ReadingPropagation {
                                                        const ReadingContext& context) const {
     return axiscal::change_with_parameters(calibration_, field, context);
   }
-  // Returns the variance between blocks: the variance of the readings of a new block, taken in
-  // `field`, about the mean of the record's blocks. It has m entries [unit^2], and is 0 if the
-  // record has only one block.
+  // Returns the variance between blocks, m entries [unit^2]: the variance of the readings of a new
+  // block in the field `field`, about the mean of the record's blocks. It is 0 if the record has
+  // only one block.
   [[nodiscard]] Eigen::VectorXd between_blocks(const Eigen::Vector3d& field) const;
   void find_scatter_of_blocks();
   void add_blocks(const Eigen::RowVectorXd& gradient,
@@ -177,8 +179,8 @@ class AXISCAL_EXPORT ReadingPropagation {
 
   // Returns the variance of a result, split by source.
   // @param gradient          derivative of the result with respect to the readings.
-  // @param B                 change_with_parameters().
-  // @param reading_variance  m entries.
+  // @param B                 the result of change_with_parameters().
+  // @param reading_variance  the result of reading_variance(), m entries.
   [[nodiscard]] VarianceShares shares_of(const Eigen::RowVectorXd& gradient,
                                          const Eigen::MatrixXd& B,
                                          const Eigen::VectorXd& reading_variance) const;
@@ -187,7 +189,9 @@ class AXISCAL_EXPORT ReadingPropagation {
   const Reducer& reducer_;
   ReadingNoise noise_;
   Eigen::VectorXd sd_;
-  Eigen::MatrixXd block_variance_;  // m x 4: variance of bias and sensitivities, without noise
+  // m x 4: variance of each axis's bias and sensitivities between blocks, without the part due to
+  // noise.
+  Eigen::MatrixXd block_variance_;
   double block_freedom_ = 0.0;
   double factor_;
   CoverageFactors factors_;
@@ -197,8 +201,8 @@ class AXISCAL_EXPORT ReadingPropagation {
   Eigen::MatrixXd of_readings_;   // part of covariance_ that is due to the scatter of readings
   Eigen::MatrixXd of_inputs_;     // part of covariance_ that is due to type B sources
   std::vector<Part> components_;  // parts of covariance_ that are due to blocks, seats, ...
-  // The effect of one of the independent errors of the cube, which also affect `up`: the change dS
-  // of the sensitivities S, and S^-1 dS.
+  // The effect of one independent error of the cube, which also affects `up`. `of_sensitivity` is
+  // the change dS of the sensitivities S. `of_field` is the product S^-1 dS.
   struct CubeError {
     SensitivityMatrix of_sensitivity;
     Eigen::Matrix3d of_field;
@@ -215,7 +219,9 @@ struct AttitudeQuantity {
 
 /// The uncertainty budget of one reading in an attitude.
 struct AttitudeBudget {
-  std::vector<std::string> sources;  ///< sources of the calibration, then "reading", ...
+  /// The sources of the calibration's uncertainty, then "reading" for the noise of the reading. If
+  /// the record states the scatter between blocks, "later block" follows.
+  std::vector<std::string> sources;
   std::vector<AttitudeQuantity> quantities;
 };
 

@@ -27,7 +27,10 @@ struct ReductionOptions {
 
 /// The field at the place of the readings.
 struct FieldAtReadings {
-  std::optional<double> magnitude;     ///< F [unit of the results]; default: the record's, or 1 g
+  /// Magnitude F of the field [unit of the results]. If it is nullopt, F is the magnitude of the
+  /// record's field. If gravity is converted to another unit or place, F is then 1 g or
+  /// `gravity_m_s2`.
+  std::optional<double> magnitude;
   double magnitude_u = 0.0;            ///< standard uncertainty of F [unit of the results]
   std::optional<double> gravity_m_s2;  ///< gravity; if nullopt, gravity at the record's site
   double gravity_u_m_s2 = 0.0;         ///< standard uncertainty of `gravity_m_s2`
@@ -74,8 +77,9 @@ struct FieldConversion {
 
 /// The inputs of a reduction besides the readings.
 struct ReadingContext {
-  /// Specific force at rest in the sensor's frame, from an accelerometer. It is used for headings,
-  /// in any unit, and to subtract the response to a second field, in the unit of that field.
+  /// Specific force at rest in the sensor's frame, from an accelerometer. For headings it may be in
+  /// any unit. If the record has a second field (option --also), its response to this field is
+  /// subtracted, and `up` must be in the unit of this field.
   std::optional<Eigen::Vector3d> up;
   /// Output of the temperature sensor, for a record with temperature terms. If it is nullopt, the
   /// reference temperature of the calibration is used.
@@ -282,7 +286,8 @@ class AXISCAL_EXPORT Reducer {
   std::vector<Eigen::Vector3d> rows_;  // rows of S, if the inverse depends on the reading
   std::vector<double> weights_;        // weights of the equations of rows_
   std::optional<TemperatureResponse> temperature_;
-  std::vector<Eigen::Matrix3d> also_;  // apparent field per unit of each second field
+  // For each second field (option --also): the apparent field that one unit of it causes.
+  std::vector<Eigen::Matrix3d> also_;
   std::optional<ReadingRange> range_;
   double factor_ = 1.0;
   double declination_rad_ = 0.0;

@@ -31,8 +31,8 @@ struct ReadingColumn {
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReadingColumn> columns_in(const CsvReader& csv,
                                                                    const Calibration& calibration);
 
-/// The positions of a record's temperature columns in a table: one position, or one for each axis.
-/// The list is empty if the record has no temperature terms.
+/// The indices of a record's temperature columns in a table: one index, or one for each axis. The
+/// list is empty if the record has no temperature terms.
 using TemperaturePlaces = std::vector<std::size_t>;
 
 /// Finds the temperature columns of a record.
@@ -50,10 +50,11 @@ temperature_places(const CsvReader& csv,
 /// A second instrument on the other side of a mechanical joint of the same model. Its readings are
 /// in the same rows as those of the first instrument.
 struct JointColumns {
-  const Reducer* reducer = nullptr;  ///< in the model's axes
+  const Reducer* reducer = nullptr;  ///< reducer of the second instrument, in the model's axes
   std::vector<ReadingColumn> columns;
-  /// The uncertainty propagation of the second (`uncertainty`) and of the first instrument, in the
-  /// model's axes; null if the instrument's record states no covariance.
+  /// `uncertainty` is the uncertainty propagation of the second instrument, and `own_uncertainty`
+  /// that of the first, in the model's axes. Each is null if the instrument's record states no
+  /// covariance.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* own_uncertainty = nullptr;
   double degrees_of_freedom = 0.0;  ///< degrees of freedom of the sum of both covariances
@@ -70,7 +71,8 @@ enum class ReductionForm {
 
 struct ReductionCsvOptions {
   ReductionForm form = ReductionForm::csv;
-  /// The reducer of an accelerometer, for headings and second fields; may be null.
+  /// The reducer of an accelerometer, whose readings are needed for headings and for records with a
+  /// second field (option --also); may be null.
   const Reducer* attitude = nullptr;
   std::vector<ReadingColumn> attitude_columns;
   /// Column of the sensor's temperature, for records with temperature terms. If each axis has a

@@ -20,8 +20,8 @@ namespace axiscal {
 /// The first suitable method of this list is chosen: `faces` if all six faces are present and fence
 /// faces are missing; `known` if the readings state their field; `magnitude` if they lack labels;
 /// `known` if fence faces are missing; otherwise `joint`. `paired`, the method of the patent, is
-/// used only if it is stated. With 12 readings, both methods give the same estimates, but `paired`
-/// leaves only 2 degrees of freedom for each axis, and `joint` leaves 7.3.
+/// used only if it is stated. With 12 readings, `paired` and `joint` give the same estimates, but
+/// `paired` leaves only 2 degrees of freedom for each axis, and `joint` leaves 7.3.
 [[nodiscard]] AXISCAL_EXPORT Method choose_method(const Experiment& experiment,
                                                   const Observations& observations);
 
@@ -56,7 +56,7 @@ namespace axiscal {
                                                    const Observations& observations);
 
 /// Calibrates an instrument from arrays. points[i] is the design point of reading i, and row i of
-/// `response` contains its values.
+/// `response` contains the values of all axes in this reading.
 ///
 /// @code
 /// std::vector<axiscal::DesignPoint> points;

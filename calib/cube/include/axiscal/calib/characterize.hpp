@@ -27,14 +27,15 @@ struct Reference {
 
 struct CharacterizeOptions {
   std::string id;  ///< the name of the new positioner
-  /// If true, the bias and the sensitivity |S_k| of each axis are fitted too. The readings along
-  /// the normals determine them. Only the angles between the axes then come from the records.
+  /// If true, the bias and the sensitivity |S_k| of each axis are fitted too, from the readings of
+  /// the six faces. Only the angles between the axes then come from the records.
   bool free_bias_and_scale = true;
-  /// Fits one slope of the table for each reference, or for each block of a reference.
+  /// States whether one slope of the table is fitted for each reference or for each block of a
+  /// reference.
   LevelBy level_by = LevelBy::run;
   std::vector<std::string> leave_out;  ///< slots that are not used
-  /// The cube of the drawing. If it has feet, the headings of the seats are exact, and the measured
-  /// positioner has these feet.
+  /// The cube of the drawing. If it has feet, the cube's heading at each design point follows
+  /// exactly from the feet that touch the fence, and the measured positioner gets these feet.
   Positioner drawing;
 };
 
@@ -94,16 +95,19 @@ estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_va
 ///
 ///     v = b + (1 + scale) S M_k R_i(n)^T f_table
 ///
-/// R_i(n) is the rotation of the cube in its seat, which depends on the normals n. The unknowns are
-/// the normals n, the mounts M_k, a slope of the table for each run and, by default, bias and scale
-/// of each axis. The starting values are a generalised Procrustes fit of each face's mean
-/// reading. A Gauss-Newton fit then uses all readings, weighted by each reference's scatter. The
-/// frame of the result is the one in which the normals fit the nominal cube best (sum of e_r cross
-/// n_r is 0). The records' covariances are propagated to the normals. The uncertainty from K
-/// independent calibrations decreases as 1 / sqrt(K). Errors that the calibrations share (one
-/// reference cube, the error of one method) do not decrease and are not in the covariance. If an
-/// instrument has a second mount whose orientation differs by more than 0.5 rad, the fit also
-/// determines the angles between the instrument's axes.
+/// b is the bias and S the sensitivity. R_i(n) is the rotation of the cube in its seat, which
+/// depends on the normals n. The unknowns are the normals n, the mounts M_k, a slope of the table
+/// for each run and, by default, bias and scale of each axis. The starting values are a generalised
+/// Procrustes fit of each face's mean reading. A Gauss-Newton fit then uses all readings, weighted
+/// by each reference's scatter. In the frame of the result, the normals fit the nominal cube best:
+/// the sum of e_r cross n_r over the faces r is 0, where e_r is the nominal and n_r the measured
+/// normal.
+///
+/// The records' covariances are propagated to the normals. The uncertainty from K independent
+/// calibrations decreases as 1 / sqrt(K). Errors that the calibrations share (one reference cube,
+/// the error of one method) do not decrease and are not in the covariance. If an instrument has a
+/// second mount whose orientation differs by more than 0.5 rad, the fit also determines the angles
+/// between the instrument's axes.
 ///
 /// @param references  one reference or more. For each slope of the table, each needs readings at
 ///                    two design points with the same rest face and opposite fence faces. Together,

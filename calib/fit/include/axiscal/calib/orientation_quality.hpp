@@ -16,8 +16,8 @@ namespace axiscal {
 /// because the fit extrapolates in the gap.
 inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 
-/// Computes how well the orientations of calibrated readings cover the sphere, and how far the
-/// lengths of the readings are from the field's magnitude.
+/// Computes how well the orientations of calibrated readings cover the sphere, and how much the
+/// magnitudes of the readings differ from the field's magnitude.
 ///
 /// @param fields     calibrated readings in the sensor's frame, n x 3 [any unit]; n at least 1.
 /// @param magnitude  F, the magnitude of the field [unit of `fields`].

@@ -73,8 +73,9 @@ struct AXISCAL_EXPORT RestFit {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
   double degrees_of_freedom =
-      std::numeric_limits<double>::infinity();   ///< degrees of freedom of bias_covariance
-  Eigen::Vector3d sd = Eigen::Vector3d::Zero();  ///< standard deviation of a rest's mean
+      std::numeric_limits<double>::infinity();  ///< degrees of freedom of bias_covariance
+  /// standard deviation of the mean reading at a rest, for each axis [unit]
+  Eigen::Vector3d sd = Eigen::Vector3d::Zero();
   /// Standard deviation of the bias from rest to rest. The noise of the rests' means is subtracted
   /// if it is known. 0: unknown or not significant.
   Eigen::Vector3d between_rests = Eigen::Vector3d::Zero();

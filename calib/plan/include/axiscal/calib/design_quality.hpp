@@ -13,12 +13,12 @@
 
 namespace axiscal {
 
-/// The quality of a design for the regression of one axis on [1, f]. It does not depend on
-/// readings.
+/// The quality of a design for the linear regression of one axis's readings on the field. It does
+/// not depend on readings.
 ///
-/// For n readings of unit variance in a field of length 1, the best possible information matrix is
-/// X^T X = n diag(1, 1/3, 1/3, 1/3). The efficiencies are relative to this matrix, so the best
-/// efficiency is 1.
+/// Each row of the design matrix X is [1, f^T], where f is the field in the sensor's frame, with
+/// length 1. For n readings, the best possible information matrix is X^T X = n diag(1, 1/3, 1/3,
+/// 1/3). The efficiencies are relative to this matrix, so the best efficiency is 1.
 struct AXISCAL_EXPORT DesignQuality {
   bool determined = false;  ///< if false, efficiencies are 0 and variances infinite
   /// D-efficiency, from det(X^T X)^(1/4). A larger value means a smaller confidence region of the
@@ -31,17 +31,19 @@ struct AXISCAL_EXPORT DesignQuality {
   /// Largest variance of a predicted response over all directions of the field, in units of the
   /// noise variance.
   double largest_prediction_variance = 0.0;
-  /// Direction of the field with this variance, in the instrument's frame.
+  /// Direction of the field for which the predicted response has its largest variance, in the
+  /// instrument's frame.
   Eigen::Vector3d worst_direction = Eigen::Vector3d::Zero();
   /// Variance inflation factor of each sensitivity.
   Eigen::Vector3d variance_inflation = Eigen::Vector3d::Zero();
 };
 
+/// Computes the quality of a design.
 /// @param design          the design points.
 /// @param positioner      the cube. The instrument's mount is nominal.
 /// @param field_in_table  the field; only its direction is used.
 /// @throws DomainError    if the design is empty or the field zero.
-/// @throws RefusedError   if the cube cannot lie at a point.
+/// @throws RefusedError   if the cube cannot lie at a design point.
 /// @par Source
 /// Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), ch. 9 to 11; method.md,
 /// section 10.
@@ -61,9 +63,10 @@ struct OptimalDesign {
 
 /// Chooses a D-optimal subset of the 24 design points by exchange of points.
 ///
-/// With ten points or more the model is [1, vec R_i], where R_i is the cube's rotation at point i.
-/// It is valid for every direction of the field, known or unknown. With fewer points the model is
-/// [1, f] for the stated field.
+/// With ten points or more, each row of the design matrix is [1, vec R_i], where vec R_i contains
+/// the nine elements of the cube's rotation at point i. The design then suits every direction of
+/// the field, known or unknown. With fewer points, each row is [1, f_i], where f_i is the stated
+/// field in the cube's frame at point i.
 ///
 /// @param points          the number n of points, 4 to 24.
 /// @param field_in_table  the field; it is used only if n is below 10.

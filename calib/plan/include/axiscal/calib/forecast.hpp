@@ -20,7 +20,7 @@ namespace axiscal {
 /// The settings of a forecast.
 struct AXISCAL_EXPORT ForecastSetup {
   SensorModel nominal;              ///< the expected instrument, field and response
-  std::vector<DesignEntry> design;  ///< one replicate
+  std::vector<DesignEntry> design;  ///< the design points of one replicate
   int replicates = 1;
   Method method = Method::paired;
   double noise_sd = 0.0;  ///< scatter of one sample [unit of the readings]
@@ -60,8 +60,8 @@ struct AXISCAL_EXPORT ForecastSetup {
 /// axis).
 struct Forecast {
   Eigen::MatrixXd noise;
-  Eigen::MatrixXd positioner;          ///< from the face normals; replicates do not reduce it
-  Eigen::MatrixXd level;               ///< from the slope of the table
+  Eigen::MatrixXd positioner;          ///< from errors of the face normals; equal in all replicates
+  Eigen::MatrixXd level;               ///< from the uncertainty of the table's slope
   Eigen::MatrixXd mount;               ///< from the mount's repeatability
   Eigen::MatrixXd world;               ///< from the simulated errors in ForecastSetup::world
   Eigen::VectorXd degrees_of_freedom;  ///< degrees of freedom of each axis's residual scatter
@@ -74,7 +74,7 @@ struct Forecast {
 };
 
 /// Propagates the noise and the uncertainties of face normals, levelness and mount to the
-/// coefficients, by the linear map of the method from readings to coefficients.
+/// coefficients. The method's linear map from readings to coefficients is used.
 ///
 /// The forecast includes these members of World: block_sd, seat_rad, mount_rad, remount_rad,
 /// gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic. It assumes that the
@@ -99,8 +99,9 @@ struct AngleUncertainty {
   double roll_rad = 0.0;   ///< standard uncertainty of the roll; it grows as 1 / cos(pitch)
 };
 
-/// @param covariance           covariance of b and S by axis: Forecast::covariance() or one of its
-///                             parts.
+/// Computes the standard uncertainties of pitch and roll from the covariance of the coefficients.
+/// @param covariance           covariance of biases and sensitivities, axis by axis:
+///                             Forecast::covariance() or one of its parts.
 /// @param pitch_rad, roll_rad  the attitude; axes forward-left-up.
 /// @throws DomainError  if the instrument does not determine the field (fewer than three axes).
 /// @par Source

@@ -20,7 +20,7 @@ namespace axiscal {
 enum class RecordingKind {
   free,   ///< turned by hand in all directions, in a field of constant magnitude
   sweep,  ///< at rest, while the temperature goes up and down once
-  turns,  ///< rests in the seats of a run sheet, with turns between the rests
+  turns,  ///< rests at the design points of a run sheet, with turns between the rests
 };
 
 /// @return the kind of that name ("free", "sweep", "turns"), or nullopt.
@@ -70,7 +70,8 @@ struct SimulatedTurns {
   Eigen::VectorXd bias_of_run;  ///< mean of the random walk; see SimulatedRun::bias_of_run
 };
 
-/// Simulates a recording `turns` in the seats of a run sheet. Rests take two thirds of the time.
+/// Simulates a recording of the kind `turns`: the cube rests at each design point of a run sheet,
+/// and is turned between the rests. The rests take two thirds of the time.
 /// @param truth  a gyroscope. Only its response to an angular rate in rad/s is used.
 /// @param earth_in_table  the Earth's rotation in the frame table [rad/s].
 /// @throws DomainError  as simulate_recording(), or if there are fewer than 30 samples for each

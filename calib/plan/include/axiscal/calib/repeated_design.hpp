@@ -12,7 +12,8 @@
 
 namespace axiscal {
 
-/// Factors a design once, by the regression core's QR, for fit_repeatedly() and simulations.
+/// Computes the QR factorisation of a design matrix once, so that fit_repeatedly() and simulations
+/// can use it many times.
 ///
 /// @param design  X, n x p with n > p.
 /// @param names   names of the parameters for error messages; empty: "parameter 1", ...

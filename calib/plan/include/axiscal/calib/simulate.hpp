@@ -18,7 +18,7 @@
 namespace axiscal {
 
 struct AXISCAL_EXPORT SimulationOptions {
-  double noise_sd = 0.0;      ///< standard deviation of a reading [unit of the readings]
+  double noise_sd = 0.0;      ///< standard deviation of the noise of a reading [unit]
   Eigen::VectorXd noise_sds;  ///< one standard deviation for each axis; if empty, noise_sd is used
   World world;                ///< other errors of the readings
   /// Slope of the table, in addition to the slope that the truth's field contains.
@@ -39,7 +39,7 @@ struct AXISCAL_EXPORT SimulationOptions {
 ///         unchanged.
 [[nodiscard]] AXISCAL_EXPORT SensorModel on_level_table(SensorModel truth);
 
-/// @return the truth with field.in_table. If the record lacks this field, for example after method
+/// @return the truth with field.in_table. If the record lacks this vector, for example after method
 ///         magnitude, it is set to the field of the record's site on a level table with the fence
 ///         to the north. If the record has no site, the truth is returned unchanged.
 [[nodiscard]] AXISCAL_EXPORT SensorModel with_field_of_site(SensorModel truth);

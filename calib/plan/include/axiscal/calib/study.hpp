@@ -21,10 +21,10 @@ namespace axiscal {
 /// section 8).
 struct StudySetup {
   SensorModel truth;      ///< true instrument, field (as field.in_table) and response
-  Experiment experiment;  ///< the settings of each calibration; its positioner is the assumed one
+  Experiment experiment;  ///< settings of each calibration, with the cube that it assumes
   std::vector<DesignEntry> design;
   int replicates = 1;
-  std::vector<double> temperatures;  ///< soak levels; empty: no temperatures
+  std::vector<double> temperatures;  ///< soak temperatures; if empty, the readings have none
   SimulationOptions simulation;      ///< noise, slope, other errors, ...; its seed is not used
   /// Standard deviation of each axis's noise [unit]; empty: simulation.noise_sd.
   Eigen::VectorXd noise_sd;
@@ -37,9 +37,9 @@ struct StudySetup {
   /// If true, each run's face normals are those of experiment.positioner plus random errors with
   /// the covariance of its normals.
   bool random_normals = false;
-  /// If stated, each run is a recording: `free`, for method magnitude, or `turns` of a gyroscope in
-  /// the seats of the design. The Earth's rotation is that at the experiment's site. If the site is
-  /// not stated, the direction of the Earth's axis is random.
+  /// If stated, each run is a recording: `free`, for method magnitude, or `turns` of a gyroscope
+  /// between the design points. The Earth's rotation is that at the experiment's site. If the site
+  /// is not stated, the direction of the Earth's axis is random.
   std::optional<Recording> recording;
   /// If true, only the regression is studied: the field of every reading is known exactly, only
   /// noise is simulated, and the results are biases and sensitivities. This is ten thousand times
@@ -80,8 +80,8 @@ struct Study {
   std::vector<std::int64_t> blocks;          ///< numbers of the blocks that were run
   std::vector<std::vector<StudySums>> sums;  ///< for each block, one for each parameter
   std::int64_t refused = 0;                  ///< number of trials without a calibration
-  /// The number of trials with each warning, by its name; `any` counts trials with at least one.
-  /// Empty if StudySetup::alarms was false.
+  /// For the name of each warning, the number of trials that had this warning. The name `any`
+  /// counts the trials with at least one warning. Empty if StudySetup::alarms was false.
   std::map<std::string, std::int64_t> warnings;
 };
 

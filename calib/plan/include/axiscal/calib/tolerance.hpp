@@ -29,8 +29,10 @@ struct Tolerances {
 
 /// The covariance of the face normals of cubes with these tolerances, in closed form.
 ///
-/// The contact plane of a face is n . c_i + r_i = d. If foot i is higher by h_i, or its ball's
-/// radius is larger by h_i, the normal n turns by the gradient of the plane through the three h_i.
+/// The contact plane of a face, with the normal n and the distance d from the cube's centre,
+/// touches three balls with the centres c_i and the radii r_i: n . c_i + r_i = d. If foot i is
+/// higher by h_i, or its ball's radius is larger by h_i, the normal n turns by the gradient of the
+/// plane through the three h_i.
 [[nodiscard]] AXISCAL_EXPORT NormalCovariance normal_covariance_of(const CubeFeet& drawing,
                                                                    const Tolerances& tolerances);
 
@@ -40,8 +42,8 @@ struct CalibrationErrors {
   double bias = 0.0;         ///< [field unit]
   double sensitivity = 0.0;  ///< relative error of each axis's main component
   double cross_axis = 0.0;   ///< relative error of each of the axis's other two components
-  /// Error of the field's direction from calibrated readings, over all attitudes, as the component
-  /// along one direction perpendicular to the field.
+  /// Error of the field's direction that calibrated readings give, for each of the two components
+  /// perpendicular to the field, averaged over all attitudes.
   double angle_rad = 0.0;
 };
 
@@ -51,9 +53,10 @@ struct ToleranceEffect {
   CalibrationErrors closed_form;  ///< errors to first order in the tolerances, for a level table
   /// Errors from simulated cubes, for the stated slope of the table.
   CalibrationErrors simulated;
-  /// Number of simulated cubes that could not lie at a point or were not valid cubes.
+  /// Number of simulated cubes that could not lie at a design point or were not valid cubes.
   int unusable = 0;
-  /// Error of the field's direction that 95 % of the cubes stay below in every attitude.
+  /// For each simulated cube, the error of the field's direction has a maximum over all attitudes.
+  /// This is the 95 % quantile of these maxima.
   double worst_angle_95_rad = 0.0;
 };
 

@@ -55,7 +55,7 @@ struct Provenance {
   std::string experiment;
   std::string positioner;  ///< identifier of the positioner; empty for the nominal cube
   std::string slot;        ///< slot of the instrument in an assembly; may be empty
-  int instance = 0;        ///< number of the sensor among the sensors of its kind in a log
+  int instance = 0;        ///< zero-based number of the sensor among those of its kind in a log
   std::string device;      ///< identifier of the sensor in the vehicle's software; may be empty
 
   /// @return the date of the readings; if it is not stated, the date of the computation.
@@ -83,12 +83,14 @@ struct AXISCAL_EXPORT Calibration {
   [[nodiscard]] CalibrationStatus status() const { return findings.status; }
 
   /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
-  /// @return the parameter of that name. Its uncertainty includes scatter and stated inputs.
+  /// @return the parameter of that name. Its uncertainty includes the scatter of the readings and
+  ///         the stated uncertainties of the inputs.
   /// @throws DomainError  if the record lacks that parameter; the message suggests a name.
   [[nodiscard]] Quantity parameter(const std::string& name) const;
 };
 
-/// The treatment of a refused calibration: `no` throws an error, `yes` uses it.
+/// Tells a function how to treat a refused calibration: `no` throws an error, `yes` accepts the
+/// calibration.
 enum class Force { no, yes };
 
 /// @throws RefusedError  if the calibration was refused and `force` is `no`; the message contains

@@ -37,7 +37,7 @@ struct ReadingResidual {
 /// The fit of one axis in polar form: bias, sensitivity, coning angle and azimuth (method.md,
 /// section 3.1).
 struct PolarFit {
-  double bias = 0.0;  ///< [unit of the readings]
+  double bias = 0.0;  ///< bias of the axis [unit of the readings]
   PolarForm form;
   double residual_sd = 0.0;  ///< scatter of one reading [unit]; NaN for 0 degrees of freedom
   int rounds = 0;            ///< number of Gauss-Newton iterations
@@ -45,7 +45,8 @@ struct PolarFit {
 };
 
 /// Describes how well readings in arbitrary orientations cover the sphere, and how well the fit
-/// agrees with them. The programs magneto and MotionCal show the same figures.
+/// agrees with them. Here f is the field computed from a reading, and F is the magnitude of the
+/// reference field. The programs magneto and MotionCal show the same figures.
 struct AXISCAL_EXPORT OrientationQuality {
   double fit_error = 0.0;         ///< rms of |f| - F over the calibrated readings f, divided by F
   double magnitude_spread = 0.0;  ///< standard deviation of |f|, divided by F
@@ -58,7 +59,8 @@ struct AXISCAL_EXPORT OrientationQuality {
 /// The rotation between two instruments that were recorded together.
 struct AXISCAL_EXPORT Alignment {
   Eigen::Matrix3d rotation_companion_from_sensor = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();  ///< about x, y, z of the companion
+  /// Standard errors of the rotation about the companion's axes x, y, z.
+  Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();
   /// Angle between the fields of the two instruments. For gravity and the Earth's magnetic field it
   /// is the dip plus 90 degrees.
   double angle_rad = 0.0;
@@ -76,8 +78,10 @@ struct CompanionAlignment {
 struct AXISCAL_EXPORT SlotAlignment {
   std::string slot;  ///< slot of the other instrument
   Eigen::Matrix3d rotation_other_from_sensor = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();         ///< standard uncertainties about x, y, z
-  Eigen::Vector3d expanded_rad = Eigen::Vector3d::Zero();  ///< half widths of 95 % intervals
+  /// Standard uncertainties of the rotation about x, y, z.
+  Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
+  /// Half widths of the 95 % intervals of the rotation about x, y, z.
+  Eigen::Vector3d expanded_rad = Eigen::Vector3d::Zero();
 };
 
 /// A check of the stated uncertainties of cube and table. The calibrated instrument measures the
@@ -85,7 +89,7 @@ struct AXISCAL_EXPORT SlotAlignment {
 /// the uncertainties should explain the scatter of the measured magnitudes.
 struct FieldSizeCheck {
   int orientations = 0;           ///< number of readings
-  double relative_sd = 0.0;       ///< scatter of |f_hat| / F over the readings of the fit
+  double relative_sd = 0.0;       ///< relative scatter of the measured magnitudes
   double by_noise = 0.0;          ///< expected relative_sd from the noise of the readings
   double by_inputs = 0.0;         ///< expected relative_sd from the stated uncertainties
   double degrees_of_freedom = 0;  ///< degrees of freedom of relative_sd
@@ -97,10 +101,10 @@ struct CalibrationFit {
   std::optional<Method> method;  ///< nullopt if other software made the fit
   Weighting weights = Weighting::none;
   bool robust = false;
-  bool level_by_block = false;          ///< true if each block has its own levelness
+  bool level_by_block = false;          ///< true if a levelness was fitted for each block
   std::vector<int> left_out;            ///< run numbers of the readings that are not used
   std::vector<PolarFit> polar_fit;      ///< the polar fit of each axis, if it was requested
-  std::optional<MagnitudeShape> shape;  ///< shape of S in method magnitude
+  std::optional<MagnitudeShape> shape;  ///< shape of the sensitivity matrix; only method magnitude
   std::optional<FitStatistics> statistics;
   std::optional<UncertaintyBudget> uncertainty;    ///< nullopt without statistics
   CalibrationConditions conditions;                ///< measurement conditions of the scatter

@@ -30,7 +30,7 @@ struct CertificateDetails {
   std::string model;
   std::string condition;    ///< condition of the instrument when received
   std::string received;     ///< date of receipt, ISO 8601
-  std::string calibrated;   ///< date of calibration, ISO 8601; empty: Provenance::date()
+  std::string calibrated;   ///< date of calibration, ISO 8601; if empty, Provenance::date()
   std::string issued;       ///< date of issue, ISO 8601
   std::string environment;  ///< temperature, humidity, ...
   std::string procedure;    ///< the laboratory's procedure; the certificate adds the method

@@ -94,8 +94,8 @@ enum class SeatSetup {
 /// @return "auto", "fit", "none".
 [[nodiscard]] AXISCAL_EXPORT std::string_view seats_name(SeatSetup seats);
 
-/// The shape of S in method `magnitude`. It fixes the rotation of the frame, which the readings do
-/// not determine.
+/// The shape of the sensitivity matrix in method `magnitude`. It fixes the rotation of the sensor's
+/// frame, which the readings do not determine.
 enum class MagnitudeShape {
   symmetric,   ///< symmetric positive definite: the frame with the least rotation from the axes
   triangular,  ///< upper triangular: axis z senses along z of the frame (Tedaldi et al. 2014)

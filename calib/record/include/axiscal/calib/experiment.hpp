@@ -30,7 +30,7 @@ struct TemperatureSetup {
   /// temperature terms are fitted only if the readings have enough different temperatures and the
   /// terms are highly significant.
   bool ignored = false;
-  std::optional<double> reference;  ///< reference t0; default: mean temperature of the readings
+  std::optional<double> reference;  ///< reference temperature; default: mean of the readings
 };
 
 /// Standard uncertainties of inputs whose errors do not increase the scatter of the readings. 0
@@ -68,11 +68,11 @@ struct FitOptions {
   /// The scatter of biases between blocks in earlier calibrations. If it is set, the intervals of a
   /// run with one block include this scatter.
   std::optional<ProcessScatter> process;
-  /// Noise of the axes relative to each other, m entries; empty: unknown. These ratios make the
-  /// search for mistakes more sensitive.
+  /// The noise of each axis, up to a common factor, m entries; empty if unknown. The ratios of the
+  /// entries make the search for mistakes more sensitive.
   Eigen::VectorXd noise_ratio;
   bool search_for_mistakes = true;  ///< true: searches for readings that contradict each other
-  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< shape of S; only method magnitude
+  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< used only by method magnitude
   bool squares = false;            ///< true: fits squared terms of the axes; only method magnitude
   bool compare_polar_fit = false;  ///< true: also fits the polar form, for comparison
 };

@@ -28,7 +28,7 @@ struct LackOfFit {
   double pure_error_sd = 0.0;  ///< scatter of a reading, from repeated readings only [unit]
   double pure_error_dof = 0.0;
   double lack_of_fit_dof = 0.0;
-  double f = 0.0;  ///< ratio of the mean squares
+  double f = 0.0;  ///< mean square of the lack of fit, divided by that of the pure error
   double p_value = 0.0;
 };
 
@@ -38,7 +38,7 @@ struct ScatterComponent {
   std::string name;            ///< a name in scatter_words.cpp: "blocks", "seats", ...
   Eigen::VectorXd sd;          ///< estimated standard deviation: m entries, or one for all axes
   std::string unit;            ///< unit of sd
-  Eigen::MatrixXd covariance;  ///< part of FitStatistics::covariance, in the same layout
+  Eigen::MatrixXd covariance;  ///< contribution to FitStatistics::covariance, same layout
   double degrees_of_freedom = 0.0;
 };
 
@@ -55,7 +55,7 @@ struct AXISCAL_EXPORT CalibrationConditions {
   /// Mean square of the blocks' biases about their mean, m entries [unit^2]; empty for one block.
   Eigen::VectorXd block_mean_square;
   double block_degrees_of_freedom = 0.0;
-  /// Mean square of the blocks' sensitivities about their mean, m x 3; or empty.
+  /// Mean square of the blocks' sensitivities about their mean, m x 3; empty if not estimated.
   SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);
   double sensitivity_degrees_of_freedom = 0.0;
 };
@@ -71,9 +71,9 @@ struct AXISCAL_EXPORT FitStatistics {
   Eigen::VectorXd coverage_factor;           ///< per axis, Student's t (95 %) of degrees_of_freedom
   Eigen::VectorXd interval_95;               ///< half width of each parameter's 95 % interval
   Eigen::VectorXd interval_dof;              ///< degrees of freedom of each parameter's interval
-  std::vector<ScatterComponent> components;  ///< causes of scatter beyond residual_sd
+  std::vector<ScatterComponent> components;  ///< causes of scatter not included in residual_sd
   std::vector<std::string> parameter_names;  ///< p names: "x.bias", "x.sensitivity.x", ...
-  Eigen::MatrixXd covariance;                ///< p x p, in the order of parameter_names
+  Eigen::MatrixXd covariance;                ///< covariance of parameter_names, p x p
   double condition_number = 1.0;             ///< condition number; columns scaled to length 1
   SensitivityMatrix variance_inflation;      ///< variance inflation factor of each entry of S
   std::vector<LackOfFit> lack_of_fit;        ///< test of each axis; empty without repeated readings

@@ -23,7 +23,7 @@ struct LevelnessEstimate {
   double y = 0.0;  ///< field's component along the table's y, divided by F
 };
 
-/// The levelness of one block, if each block has one.
+/// The levelness of the table during one block of readings.
 struct BlockLevelness {
   int block = 1;
   double x = 0.0;  ///< as in LevelnessEstimate
@@ -62,7 +62,7 @@ struct AXISCAL_EXPORT Levelness {
   /// Estimate from the rest face that disagrees with the other faces; nullopt if consistent.
   std::optional<LevelnessEstimate> suspect;
   std::vector<BlockLevelness>
-      blocks;  ///< the levelness of each block, if each block has one; otherwise empty
+      blocks;  ///< the levelness of each block; empty if one levelness was fitted for the run
   std::optional<CombinedLevelness> combined;  ///< the joint result of an assembly's slots
 
   /// @return the slope of the table at the end of the run. If each block has its own slope, it is

@@ -16,7 +16,7 @@ enum class NoteCode {
   axes,           ///< limits of an instrument with fewer than three axes
   unseen,         ///< parameters that the readings do not determine
   method,         ///< the method that was used, or a better one
-  conditions,     ///< repeatability only, differences between blocks, earlier calibrations
+  conditions,     ///< a single block, differences between blocks, earlier calibrations
   correlation,    ///< correlated readings, recordings that are too short for their noise
   not_counted,    ///< inputs without a stated uncertainty: the intervals do not include them
   stated,         ///< stated inputs that the readings contradict
@@ -24,7 +24,7 @@ enum class NoteCode {
   seats,          ///< repeatability of the cube's seats, or of the instrument in the cube
   face_normals,   ///< errors of the cube's faces that the uncertainties do not include
   mount,          ///< the frame of the coefficients
-  temperature,    ///< the order of the temperature terms, soaks that deviate from the polynomial
+  temperature,    ///< the order of the temperature polynomials, readings that deviate from them
   hysteresis,     ///< biases that differ between rising and falling temperature
   drift,          ///< a drift that is a term of the fit
   field,          ///< magnitude, unit and uncertainty of the field

@@ -45,7 +45,8 @@ struct AXISCAL_EXPORT Observations {
   Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
   std::optional<Eigen::VectorXd> samples;      ///< number of samples averaged in each reading, n
   std::optional<Eigen::MatrixXd> response_sd;  ///< sd of the samples in a reading, n x m [unit]
-  /// n x m: true if a column of the differential axis is at or beyond an end of its range.
+  /// n x m: true if, in this reading, one of the two columns whose difference is the axis is at or
+  /// beyond an end of its range.
   std::optional<Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>> saturated;
   bool has_block = false;  ///< true if blocks were stated
   bool has_level = false;  ///< true if levels were stated

@@ -22,7 +22,7 @@ namespace axiscal {
 /// one file or several joined files.
 struct Run {
   Observations observations;
-  std::vector<InputFileDigest> inputs;  ///< the files; empty for arrays
+  std::vector<InputFileDigest> inputs;  ///< the files; empty if the run was made from arrays
   /// Number of readings from each file, in the order of `inputs`; empty if unknown.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;

@@ -21,7 +21,7 @@ struct AXISCAL_EXPORT AlsoResponse {
   std::string kind;
   std::string unit;
   Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< stated vector in the frame table [unit]
-  SensitivityMatrix sensitivity;                       ///< m x 3 [unit of the readings per unit]
+  SensitivityMatrix sensitivity;                       ///< m x 3 [unit of the readings per `unit`]
   SensitivityMatrix sensitivity_se;                    ///< standard errors of sensitivity, m x 3
 };
 
@@ -51,9 +51,9 @@ struct SensorModel {
   std::optional<Eigen::Matrix3d> rotation_sensor_from_assembly;
 };
 
-/// The reading that a sensor model predicts in a field.
+/// Predicts the reading of a sensor in a field.
 ///
-/// @param field_in_sensor  f [field unit].
+/// @param field_in_sensor  f, the field vector [field unit].
 /// @param temperature      output of the temperature sensors; nullopt: the reference temperature.
 /// @return the reading v, m entries [unit], without the responses to additional fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd response_at(

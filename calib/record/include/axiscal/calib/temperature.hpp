@@ -39,12 +39,12 @@ struct TemperatureSpan {
 /// @par Source
 /// method.md, section 6; US 7,467,536.
 struct AXISCAL_EXPORT TemperatureResponse {
-  std::vector<TemperatureSpan> spans = {{}};  ///< one for all axes, or m entries
+  std::vector<TemperatureSpan> spans = {{}};  ///< one for all axes, or one for each axis
   Eigen::MatrixXd bias;                       ///< m x order [unit of the readings per power of t]
   Eigen::MatrixXd scale;                      ///< m x order [1 per power of t]
   Eigen::MatrixXd bias_se;                    ///< standard errors of bias; NaN if unknown
   Eigen::MatrixXd scale_se;                   ///< standard errors of scale; NaN if unknown
-  std::vector<TemperatureOrderTrial> trials;  ///< empty if the order was stated
+  std::vector<TemperatureOrderTrial> trials;  ///< orders that were tried; empty if one was stated
 
   [[nodiscard]] bool has_own_sensors() const { return spans.size() > 1; }
 
@@ -65,8 +65,8 @@ struct AXISCAL_EXPORT TemperatureResponse {
   /// @param reading       v [unit].
   /// @param at_reference  b_k, the bias of the axis [unit].
   /// @param t             temperature output.
-  /// @return (v - bias_k(t)) / scale_k(t): the response above the bias, reduced to the reference
-  ///         [unit].
+  /// @return (v - bias_k(t)) / scale_k(t), the reading without the bias, converted to the reference
+  ///         temperature [unit].
   [[nodiscard]] double bias_corrected(Eigen::Index axis,
                                       double reading,
                                       double at_reference,
@@ -90,7 +90,7 @@ struct AXISCAL_EXPORT TemperatureResponse {
 /// Finds the soak levels: groups of temperatures whose width is much smaller than the gaps between
 /// the groups.
 ///
-/// @param temperatures  n outputs, any order.
+/// @param temperatures  n outputs of a temperature sensor, in any order.
 /// @return the level of each temperature, 0 for the coldest; empty if the temperatures do not form
 ///         levels.
 [[nodiscard]] AXISCAL_EXPORT std::vector<int> soak_levels(const std::vector<double>& temperatures);

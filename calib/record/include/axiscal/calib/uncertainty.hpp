@@ -20,7 +20,7 @@ struct CombinedUncertainty {
   /// more, this is the result of Welch and Satterthwaite's formula. Otherwise it is the number for
   /// which Student's t equals coverage_factor.
   double degrees_of_freedom = 0.0;
-  double coverage_factor = 0.0;  ///< expanded / u
+  double coverage_factor = 0.0;  ///< `expanded` divided by `u`
   double expanded = 0.0;         ///< half width of the 95 % interval
   /// Standard uncertainty from each source, in the order of UncertaintyBudget::sources.
   std::vector<double> by_source;
@@ -34,9 +34,9 @@ struct VarianceShare {
 
 /// The variance of a quantity, divided into the shares of its sources.
 struct AXISCAL_EXPORT VarianceShares {
-  std::vector<VarianceShare> axes;        ///< from the scatter of the readings, one for each axis
+  std::vector<VarianceShare> axes;        ///< shares of the readings' scatter, one for each axis
   std::vector<VarianceShare> components;  ///< shares of scatter components: blocks, seats, ...
-  double others = 0.0;                    ///< variance of type B; infinite degrees of freedom
+  double others = 0.0;                    ///< sum of the type B variances
 
   /// Adds the shares of an independent contribution to the quantity.
   VarianceShares& operator+=(const VarianceShares& more);

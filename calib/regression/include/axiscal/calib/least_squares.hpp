@@ -30,7 +30,7 @@ struct LeastSquaresFit {
   double r_squared = 0.0;
   Eigen::VectorXd leverage;        ///< diagonal of the hat matrix, n entries in 0 .. 1
   Eigen::VectorXd studentized;     ///< externally studentised residuals; NaN if undefined
-  Eigen::VectorXd cooks_distance;  ///< NaN if undefined
+  Eigen::VectorXd cooks_distance;  ///< Cook's distance of each observation; NaN if undefined
 };
 
 /// Fits `y = X b + e` by least squares, with independent errors of one variance.
@@ -134,7 +134,7 @@ class AXISCAL_EXPORT FactoredDesign {
   std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> qr_;
   Eigen::MatrixXd R_;      // p x p: factor R of scaled_ P, where P sorts columns by pivot
   Eigen::MatrixXd root_;   // p x p: P R^-1
-  Eigen::MatrixXd basis_;  // Q
+  Eigen::MatrixXd basis_;  // n x p: factor Q of scaled_ P
   bool refines_ = false;   // true if the condition number is above refinement_above
   Eigen::Index observations_ = 0;
 
@@ -193,7 +193,7 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
 /// entry in a basis of the design's null space.
 ///
 /// @param design  X, n x p; any n.
-/// @return positions of the columns, ascending; empty for full rank.
+/// @return indices of the columns of these parameters, ascending; empty for full rank.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Index> undetermined_columns(
     const Eigen::Ref<const Eigen::MatrixXd>& design);
 

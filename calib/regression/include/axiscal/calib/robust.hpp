@@ -13,7 +13,7 @@ namespace axiscal {
 struct BisquareWeights {
   Eigen::VectorXd weights;  ///< w_i: 1 for a residual of 0; 0 if |u_i| is 1 or more
   double scale = 0.0;       ///< s: robust standard deviation of one residual of weight 1
-  /// scale^2 variance_factor is the residual variance of the final fit
+  /// residual variance of the final fit, divided by scale^2
   double variance_factor = 1.0;
 };
 

@@ -82,7 +82,7 @@ check_biases(const Calibration& old,
 /// The residual of one static reading in any attitude.
 struct InSituReading {
   int run = 1;
-  double residual = 0.0;  ///< |f_hat| - F [field unit]
+  double residual = 0.0;  ///< measured minus stated magnitude of the field [field unit]
   double limit = 0.0;     ///< control limit of |residual| [field unit]
   bool within = true;
 };

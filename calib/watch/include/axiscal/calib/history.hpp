@@ -31,7 +31,7 @@ struct ParameterTrend {
   std::string meets_limit_from, meets_limit_until;
 };
 
-/// The records of one unit, the oldest first.
+/// The records of one unit (one serial number), the oldest first.
 struct UnitHistory {
   std::string serial;
   std::vector<std::string> paths;
@@ -41,7 +41,7 @@ struct UnitHistory {
 
 /// Texts that may be calibration records, each with a name for messages.
 struct RecordTexts {
-  std::vector<std::string> names;                      ///< n
+  std::vector<std::string> names;                      ///< names of the n texts
   std::function<std::string(std::size_t place)> text;  ///< returns text number `place`, 0 to n - 1
 };
 

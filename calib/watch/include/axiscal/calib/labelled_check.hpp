@@ -21,8 +21,8 @@ namespace axiscal {
 /// reported, because the sensitivities are assumed to be unchanged.
 ///
 /// @param experiment    the mount of the instrument in its cube, and the field.
-/// @param observations  readings with design points and the axes of the record, at its reference
-///                      temperature.
+/// @param observations  readings with design points, taken at the record's reference temperature.
+///                      Their axes must be those of the record.
 /// @throws RefusedError  if the readings do not determine the direction and the biases, if the
 ///                       readings lack fence faces, if the unit of the field is not that of the
 ///                       record, or if the record has a field of several parts, one-sided axes or

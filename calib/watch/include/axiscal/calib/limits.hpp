@@ -25,7 +25,7 @@ struct Limit {
 struct Limits {
   std::string path;             ///< path of the file, for messages
   std::string rule = "simple";  ///< "simple" or "guarded"
-  /// True: rule `guarded` rejects a bias that comes from only one block of readings.
+  /// If true, rule `guarded` rejects a bias that comes from only one block of readings.
   bool intermediate = false;
   std::vector<Limit> limits;
 };

@@ -15,7 +15,7 @@
 
 namespace axiscal {
 
-/// Maps a column of a log to a column of a calibration. The values are multiplied by a factor.
+/// Renames a column of a log to the name that a calibration uses, and scales its values.
 struct MappedColumn {
   std::string name;     ///< name in the calibration
   std::string column;   ///< name in the log
@@ -35,8 +35,8 @@ struct LogFormat {
   /// Kinds of sensors to read from a recording; if empty, all kinds are read. If only one kind is
   /// read, its samples are not interpolated.
   std::vector<SeriesKind> kinds;
-  /// Further columns to read from a recording. The names are those in the recording: "AccX", or
-  /// with the name of the message "IMU2.AccX".
+  /// Further columns to read from a recording, by their names there: "AccX", or with the message's
+  /// name in front, "IMU2.AccX".
   std::vector<std::string> wanted;
   ReadLimits limits;  ///< limits on the cost of reading the file
 };
@@ -46,10 +46,10 @@ struct LogSensor {
   SeriesKind kind = SeriesKind::other;
   std::array<std::string, 3> columns;  ///< names of the columns x, y, z in the log
   std::string unit;                    ///< empty if not known
-  int number = 0;                      ///< zero-based number among the sensors of this kind
+  int number = 0;                      ///< zero-based index among the log's sensors of this kind
   int of = 1;                          ///< number of sensors of this kind in the recording
   std::string device;                  ///< device id from the log of PX4 or ArduPilot, or empty
-  std::string words;                   ///< description with the kind and the evidence for it
+  std::string words;                   ///< description: the kind, and how it was recognised
   bool is_guess = false;               ///< true if the kind was inferred from the values only
 };
 
@@ -69,14 +69,14 @@ using LogBlock = std::vector<std::vector<double>>;
                                           const std::vector<double>& second,
                                           const std::vector<double>& third);
 
-/// @return the position of the column `name`. If there is none, the position of the only column
-///         whose name equals `name` apart from units, such as "ax (m/s^2)" for "ax"; otherwise
-///         nullopt.
+/// @return the index of the column `name`. If there is no such column, the index of the only column
+///         whose name equals `name` apart from units, such as "ax (m/s^2)" for "ax". nullopt if
+///         there is neither.
 [[nodiscard]] std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
                                                      const std::string& name);
 
 /// @param path  path of the log, for the message.
-/// @return the position of the column that find_column() finds.
+/// @return the index of the column that find_column() finds.
 /// @throws DataError  if there is no such column; the message lists the names of all columns.
 [[nodiscard]] std::size_t need_column(const std::string& path,
                                       const std::vector<std::string>& columns,
@@ -122,7 +122,7 @@ class LogFile {
   /// @return the names of the columns after mapping.
   [[nodiscard]] const std::vector<std::string>& columns() const;
 
-  /// @return the position of the column; see need_column().
+  /// @return the index of the column; see need_column().
   [[nodiscard]] std::size_t need(const std::string& name) const;
 
   /// Finds the sensors among the columns, from the format of the file, from the names and units of
@@ -177,9 +177,10 @@ class LogFile {
 
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
-  std::vector<double> factors_;      // factor of every column
-  std::vector<int> signed_bits_;     // width of signed counts that were printed unsigned; else 0
-  std::vector<std::size_t> places_;  // position of every column in the source
+  std::vector<double> factors_;  // factor of every column
+  // For each column of signed counts that were printed unsigned, their width in bits; otherwise 0.
+  std::vector<int> signed_bits_;
+  std::vector<std::size_t> places_;  // index of every column in the source
   std::vector<std::size_t> selected_;
   LogBlock ahead_;  // first rows, read in advance to recognise the columns
   std::size_t ahead_given_ = 0;

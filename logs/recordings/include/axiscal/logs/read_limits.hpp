@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// A cost of reading a file.
+/// A kind of cost that reading a file causes.
 enum class ReadCost {
   nesting,   ///< depth of archives and compressed files
   members,   ///< files in an archive

@@ -13,10 +13,10 @@ namespace axiscal {
 /// A sensor with three axes in a recording.
 struct RecordedSensor {
   SeriesKind kind = SeriesKind::other;
-  int number = 0;                       ///< zero-based number among the sensors of this kind
-  std::size_t series = 0;               ///< position of its series in RecordingSummary::series
-  std::array<std::size_t, 3> places{};  ///< positions of x, y, z among the series' columns
-  std::array<std::string, 3> columns;   ///< names of x, y, z in the recording
+  int number = 0;                       ///< zero-based index among the sensors of this kind
+  std::size_t series = 0;               ///< index of the sensor's series in RecordingSummary
+  std::array<std::size_t, 3> places{};  ///< indices of the columns x, y, z in the series
+  std::array<std::string, 3> columns;   ///< names of the columns x, y, z in the recording
   std::string name;  ///< name of the message, topic or table, with its instance: "sensor_accel[1]"
   std::string unit;  ///< empty if not known
   KnownBy known_by = KnownBy::nothing;

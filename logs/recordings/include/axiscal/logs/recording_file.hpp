@@ -27,7 +27,7 @@ enum class KnownBy {
   format,  ///< the file's format states the kind
   names,   ///< the names of the columns show the kind
   units,   ///< the units in the header show the kind
-  data,    ///< the values show it: the magnitude of gravity, or rates that match its rotation
+  data,    ///< the values show the kind, for example by the constant magnitude of gravity
   nothing  ///< the kind is not known
 };
 
@@ -68,7 +68,8 @@ class SeriesSink {
 /// skipped.
 class RecordingFile {
  public:
-  /// @param path  `-` is standard input. A folder must contain one bag of ROS 2, or tables (.csv).
+  /// @param path  path of a file, or of a folder that contains one bag of ROS 2 or tables (.csv);
+  ///              `-` is standard input.
   /// @throws DataError  if there is no such file, it is empty, or its format is not known.
   explicit RecordingFile(const std::string& path, const ReadLimits& limits = {});
   ~RecordingFile();
@@ -112,9 +113,9 @@ struct SeriesSummary {
   Series series;
   std::size_t samples = 0;
   double start_s = 0.0;  ///< time of the first sample by the file's clock; NaN without times
-  double end_s = 0.0;    ///< time of the last sample
+  double end_s = 0.0;    ///< time of the last sample, by the same clock
   double rate_hz = 0.0;  ///< (samples - 1) / (end_s - start_s); NaN if not known
-  std::size_t gaps = 0;  ///< number of time steps that are negative or more than five usual steps
+  std::size_t gaps = 0;  ///< number of steps that are negative or longer than five usual steps
   std::vector<double> mean, sd;      ///< mean and standard deviation of each column, without NaN
   std::vector<std::size_t> missing;  ///< number of NaN in each column
   /// Start and end of the longest rest of an accelerometer [s after the first sample]; both are 0

@@ -39,8 +39,8 @@ struct NamedColumn {
 /// Splits "x [V]" into name and unit. Brackets with numbers, as in "gyro_rad[0]", are not units.
 [[nodiscard]] NamedColumn named_column(std::string_view header);
 
-/// @return the kind of sensor that a text names by "acc", "gyr", "mag", "temp" or similar; `other`
-///         if it names none.
+/// @return the kind of sensor that is named in a text by "acc", "gyr", "mag", "temp" or similar;
+///         `other` if the text names no sensor.
 [[nodiscard]] SeriesKind sensor_kind_in(std::string_view words);
 
 /// @return 0, 1 or 2 if the name contains an axis x, y or z: "AccX", "gyro_y", "Acc_Z", "accel[2]",
@@ -58,7 +58,7 @@ class SensorColumns {
   /// @return one Series for each column; only kind, unit and known_by are set.
   [[nodiscard]] const std::vector<Series>& series() const { return series_; }
 
-  /// @return the position of the column of times, or nullopt.
+  /// @return the index of the column of times; nullopt if there is none.
   [[nodiscard]] std::optional<std::size_t> time() const { return time_; }
 
   /// @return seconds per unit of the times, from the column's name; 0 if the name states no unit.

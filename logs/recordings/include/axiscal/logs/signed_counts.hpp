@@ -18,9 +18,10 @@ struct SignedCounts {
 /// numbers from 0 to 2^bits - 1, and at most 2 % of them are between 0.375 and 0.625 times 2^bits.
 /// At least two of the columns must have numbers both below and above this gap.
 /// @param samples  columns, all of the same length.
-/// @param fewest_bits  smallest number of bits to look for. Values below 16 are only safe for the
-///                     columns of an accelerometer, a gyroscope or a magnetometer, because other
-///                     columns, such as a light that is on or off, look like counts of 12 bits.
+/// @param fewest_bits  smallest width of the integers to look for [bits]. A width below 16 is safe
+///                     only for the columns of an accelerometer, a gyroscope or a magnetometer,
+///                     because other columns may look like 12-bit counts, such as the readings of a
+///                     light that is on or off.
 [[nodiscard]] SignedCounts find_signed_counts(const std::vector<std::span<const double>>& samples,
                                               int fewest_bits = 16);
 

@@ -39,12 +39,14 @@ struct TimeUnit {
 
 /// Determines the unit of a log's times.
 ///
-/// If the name of the column states a unit, it is used. Otherwise the unit is the first of these:
+/// If the name of the column states a unit, it is used. Otherwise the first possible unit is used:
+/// - a unit of Xsens, if the column is its SampleTimeFine,
+/// - days, if the times can be those of a spreadsheet,
 /// - the unit in which the times, counted from 1970, are in the years 2001 to 2039,
 /// - seconds, if they give a rate of 0.5 Hz to 1 MHz,
 /// - the only unit of s, ms, us and ns that gives a rate of 0.5 Hz to 2 kHz.
-/// Before these, days (from spreadsheets) and the units of Xsens's SampleTimeFine are tried. The
-/// result has a remark if a unit other than seconds was assumed, or if the stated unit gives an
+///
+/// The result has a remark if a unit other than seconds was assumed, or if the stated unit gives an
 /// unusual rate.
 ///
 /// @param path   path of the log, for messages.
