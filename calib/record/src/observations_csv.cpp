@@ -52,6 +52,11 @@ class Table {
     fail(csv_.header()[column], what);
   }
 
+  // @param why  why the column is needed, as a sentence without its full stop.
+  [[noreturn]] void fail_without(std::string_view column, std::string_view why) const {
+    throw DataError(csv_.path(), csv_.line(), formatted("column '{}' is missing. {}", column, why));
+  }
+
   static bool is_empty(std::span<const std::string_view> cells) {
     return std::all_of(cells.begin(), cells.end(),
                        [](std::string_view cell) { return cell.empty(); });
@@ -279,7 +284,7 @@ class TemperatureColumns {
       return;
     }
     if (!missing.empty()) {
-      table.fail(missing, "is missing, but other axes have their own temperature columns");
+      table.fail_without(missing, "Other axes have their own temperature columns");
     }
     of_axes_ = std::move(own);
   }
@@ -478,10 +483,10 @@ Columns find_columns(Table& table, const ObservationColumns& wanted, Run& run) {
   columns.rest = table.find("rest");
   columns.fence = table.find("fence");
   if (columns.rest && !columns.fence && wanted.needs_labels) {
-    table.fail("fence", "is missing; this method needs both 'rest' and 'fence'");
+    table.fail_without("fence", "This method needs both 'rest' and 'fence'");
   }
   if (columns.fence && !columns.rest) {
-    table.fail("rest", "is missing; a design point needs both 'rest' and 'fence'");
+    table.fail_without("rest", "A design point needs both 'rest' and 'fence'");
   }
   constexpr std::array<std::string_view, 3> field_names = {"fx", "fy", "fz"};
   const bool any_field =
@@ -496,7 +501,7 @@ Columns find_columns(Table& table, const ObservationColumns& wanted, Run& run) {
   find_attitude(table, axes, columns);
   find_size(table, axes, columns, run);
   if (!columns.rest && wanted.needs_labels) {
-    table.fail("rest", "is missing; this method needs the design point of each reading");
+    table.fail_without("rest", "This method needs the design point of each reading");
   }
   columns.run = table.find("run");
   columns.block = table.find("block");

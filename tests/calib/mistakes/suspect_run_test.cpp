@@ -40,7 +40,9 @@ double squares_by_hand(const ReadingSet& set,
   const Eigen::Index m = set.axis_count();
   const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * m, 4 * m + added.cols());
-  A.rightCols(added.cols()) = added;
+  if (added.cols() > 0) {
+    A.rightCols(added.cols()) = added;
+  }
   Eigen::VectorXd y = set.response.reshaped();
   for (Eigen::Index k = 0; k < m; ++k) {
     A.block(n * k, 4 * k, n, 4) = X;

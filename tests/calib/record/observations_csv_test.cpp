@@ -118,8 +118,7 @@ TEST(ReadObservations, TakesWholeNumbersAsDataFramesWriteThem) {
 
 TEST(ReadObservations, NeedsTheColumnsThatAreAskedFor) {
   const std::string fields = "fx,fy,fz,x,y,z\n0,0,1,1,2,3\n";
-  EXPECT_THAT(csv_complaint(fields, {.needs_labels = true}),
-              HasSubstr("column 'rest' is missing"));
+  EXPECT_THAT(csv_complaint(fields, {.needs_labels = true}), HasSubstr("column 'rest' is missing"));
   EXPECT_THAT(csv_complaint(fields, {.needs_samples = true}), HasSubstr("column 'samples'"));
   EXPECT_THAT(csv_complaint(fields, {.needs_sd = true}), HasSubstr("column 'x_sd'"));
   EXPECT_THAT(csv_complaint("fx,fy,fz,x,x_sd\n0,0,1,1,-1\n", {.axes = {"x"}, .needs_sd = true}),

@@ -391,7 +391,7 @@ TEST(TableOfTemperatures, HasThemInAllRowsOrInNone) {
   EXPECT_THAT(complaint_of_table(header + "+X,+Y,1,2,3,\n", {.needs_temperature = true}),
               HasSubstr("column 'temperature'"));
   EXPECT_THAT(complaint_of_table("rest,fence,x,y,z,x_temperature\n+X,+Y,1,2,3,20\n"),
-              HasSubstr("column 'y_temperature': is missing"));
+              HasSubstr("column 'y_temperature' is missing"));
 }
 
 TEST(TableOfDates, IsReadAsDatesOrNotAtAll) {
