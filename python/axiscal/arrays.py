@@ -67,7 +67,7 @@ def _floats(value: Any, name: str, expected: str) -> Floats:
             array = array.astype(np.float64)
         except (TypeError, ValueError) as error:
             raise DomainError(f"{name}: expected {expected}, not {array.dtype}") from error
-    return array if all(stride >= 0 for stride in array.strides) else np.ascontiguousarray(array)
+    return np.ascontiguousarray(array) if min(array.strides, default=0) < 0 else array
 
 
 def matrix(value: Any, name: str = "readings") -> Floats:

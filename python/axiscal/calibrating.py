@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import functools
 import glob
 import os
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -49,8 +50,14 @@ _OF_EXPERIMENT = frozenset(
     "nominal_sensitivity robust squares polar_fit range one_sided".split()
 )
 
+# Those of them whose value may be the name of a file.
+_WITH_FILES = frozenset("field_table magnetic_model gravity_model source positioner".split())
+
 # Columns with one number per reading. They are passed without temporary files.
 _COLUMNS = ("run", "block", "mount", "level", "temperature", "time", "samples")
+
+_LABELS = frozenset(("rest", "fence"))
+_NATIVE_COLUMNS = frozenset((*_COLUMNS, *_LABELS))
 
 # Further columns of a table that are keywords of calibrate() too.
 _KEYWORDS = (*_COLUMNS, "confirm", "fx", "fy", "fz")
@@ -194,9 +201,9 @@ def _setup(instrument: Any, field: Any, options: Dict[str, Any]) -> Dict[str, An
             stated[name] = value
         elif value is not None:
             raise DomainError(f"{name}: expected {name.capitalize()} or str, not {value!r}")
-    clash = sorted(set(stated) & {name for name, value in options.items() if value is not None})
-    if clash:
-        raise SetupError(f"{clash[0]}: given twice, as a keyword and by the instrument or field")
+    for name, value in options.items():
+        if value is not None and name in stated:
+            raise SetupError(f"{name}: given twice, as a keyword and by the instrument or field")
     return {**stated, **options}
 
 
@@ -270,11 +277,12 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
             raise DomainError(f"readings: expected an array of n x {len(axes)}, not of n x {data.shape[1]}: "
                               f"the axes are {', '.join(axes)}")  # fmt: skip
     rows = len(data) if data is not None else len(next(iter(columns.values()), []))
-    columns = {name: times_of(column(one, rows, name)) for name, one in {**columns, **given}.items()}
+    columns.update(given)
+    columns = {name: times_of(column(one, rows, name)) for name, one in columns.items()}
     is_native = (
         data is not None
-        and {"rest", "fence"} <= set(columns) <= {*_COLUMNS, "rest", "fence"}
-        and set(options) <= _OF_EXPERIMENT
+        and _LABELS <= columns.keys() <= _NATIVE_COLUMNS
+        and options.keys() <= _OF_EXPERIMENT
         and not ("time" in columns and columns["time"].dtype.kind in "OUS")
     )
     if is_native:
@@ -298,7 +306,17 @@ def _native(readings: Floats, columns: Dict[str, Any], options: Dict[str, Any]) 
             setattr(of_run, name, whole_column(values, name))
         else:
             setattr(of_run, name, finite_column(values, name))
-    return Calibration(_axiscal.calibrate(_axiscal.experiment(arguments_of(options)), readings, of_run))
+    arguments = tuple(arguments_of(options))
+    # A file that an option names may have changed since the last call.
+    of_files = options.keys() & _WITH_FILES or str(options.get("instrument")).endswith(".json")
+    made = _axiscal.experiment(arguments) if of_files else _experiment(arguments)
+    return Calibration(_axiscal.calibrate(made, readings, of_run))
+
+
+@functools.lru_cache(maxsize=64)
+def _experiment(arguments: Tuple[str, ...]) -> "_axiscal.Experiment":
+    """The experiment of some options. It is kept, because a series of calls usually has the same options."""
+    return _axiscal.experiment(arguments)
 
 
 def _record(path: str, at: Files) -> Calibration:
@@ -397,8 +415,11 @@ def calibrate(
 
 def _given(rest: Any, fence: Any, options: Dict[str, Any]) -> Dict[str, Any]:
     """Takes the columns out of the keywords of a call."""
-    given = {name: options.pop(name) for name in _KEYWORDS if options.get(name) is not None}
-    given.update({name: value for name, value in (("rest", rest), ("fence", fence)) if value is not None})
+    given = {name: options.pop(name) for name in _KEYWORDS if options.get(name) is not None} if options else {}
+    if rest is not None:
+        given["rest"] = rest
+    if fence is not None:
+        given["fence"] = fence
     return given
 
 
