@@ -55,9 +55,9 @@ void calibrate_imu(benchmark::State& state) {
 }
 BENCHMARK(calibrate_imu)->Unit(benchmark::kMillisecond);
 
-// Calibrates with rests that are detected in the columns of the accelerometer. For imu_tk's
-// recording only one threshold is used. It is the threshold that imu_tk selects: six times the
-// variance of the first 50 s.
+// Calibrates with static intervals that are detected in the columns of the accelerometer. For
+// imu_tk's recording only one threshold is used. It is the threshold that imu_tk selects: six times
+// the variance of the first 50 s.
 void calibrate_imu_at_one_threshold(benchmark::State& state) {
   axiscal::ImuOptions options = recording().options;
   options.segment.columns = options.accelerometer;

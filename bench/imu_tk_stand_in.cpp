@@ -34,7 +34,7 @@ namespace {
 using Parameters = std::array<double, 9>;
 
 constexpr double gravity = 9.81744;      // [m/s^2], at the site of imu_tk's authors
-constexpr double initial_rest_s = 50.0;  // duration of the rest with which the recording begins
+constexpr double initial_rest_s = 50.0;  // duration of the static interval at the start
 constexpr std::size_t window = 101;      // samples in the window of the sliding variance
 constexpr std::size_t samples_per_interval = 100;
 // A threshold is k times the variance of the initial rest, with k from first_multiplier to
@@ -45,7 +45,7 @@ constexpr int last_multiplier = 10;
 constexpr Parameters accelerometer_start = {0, 0, 0, 1, 1, 1, 32768, 32768, 32768};
 constexpr Parameters gyroscope_start = {0, 0, 0, 0, 0, 0, 1 / 6258., 1 / 6258., 1 / 6258.};
 
-/// The reading of three axes at one time.
+/// One simultaneous reading of three axes.
 template <typename T>
 struct Sample {
   double time_s = 0.0;
@@ -274,8 +274,8 @@ Fit fit_gyroscope(const Record& record, const Intervals& rests, const Parameters
   Fit fit{.parameters = gyroscope_start};
   ceres::Problem problem;
   for (std::size_t i = 0; i + 1 < rests.size(); ++i) {
-    // A motion lasts from the last sample of a rest to the sample before the next rest. imu_tk's
-    // results are reproduced only with these limits.
+    // A motion lasts from the last sample of a static interval to the sample before the next static
+    // interval. imu_tk's results are reproduced only with these limits.
     const Interval motion{rests[i].last, rests[i + 1].first - 1};
     auto* cost = new ceres::AutoDiffCostFunction<MotionResidual, 3, 9>(
         new MotionResidual{versors[i], versors[i + 1], rates, motion});

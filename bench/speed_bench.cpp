@@ -292,7 +292,7 @@ void magnitude_fit_200(benchmark::State& state) {
 }
 BENCHMARK(magnitude_fit_200)->Unit(benchmark::kMicrosecond);
 
-// ---- Goal 6: detection of rests ----
+// ---- Goal 6: detection of static intervals ----
 
 void sliding_variance_101(benchmark::State& state) {
   const std::array<std::span<const double>, 3> columns = {readings()[0], readings()[1],

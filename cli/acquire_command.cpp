@@ -242,7 +242,7 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   if (command.manual || command.plan || command.raw) {
     throw UsageError("acquire: --free cannot be combined with --plan, --manual or --raw");
   }
-  // The motion of the hand disturbs an accelerometer, so only rests become readings.
+  // Motion by hand disturbs an accelerometer, so only periods at rest become readings.
   setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
   setup.dwell_s = of.dwell_s.value_or(setup.dwell_s);
   if (command.enough_deg) {
@@ -740,8 +740,8 @@ class Guided {
     return again;
   }
 
-  // Writes the output files at the start of the review at the end of a session, because the user
-  // may never finish that review.
+  // Writes the output files when the final review of a session starts, because the user may never
+  // finish that review.
   static void store_at_review(const SessionSetup& setup,
                               const LiveSession& session,
                               const Outputs& outputs) {

@@ -360,7 +360,7 @@ struct Joint {
   JointColumns columns;
 };
 
-// Corrects the readings of a log by several records.
+// Corrects the readings of a log with the records of several sensors.
 int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
       command.joint || command.body || command.json || command.output.ends_with(".npy")) {
@@ -461,7 +461,7 @@ int run_one(const ApplyCommand& command) {
   }
   // The output of --follow never ends, so a temporary file would never be renamed. It is therefore
   // written directly to the output file. Opening that file empties it, so all options are checked
-  // before.
+  // first.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const std::vector<ReadingColumn> columns = columns_in(csv, calibration);

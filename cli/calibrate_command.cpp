@@ -249,7 +249,7 @@ void apply_limits(const std::optional<Limits>& limits, std::vector<Calibration>&
 struct Outcome {
   bool refused = false;
   bool stored_refused = false;
-  bool failed = false;        // true if a limit is not met, or a reading is not confirmed
+  bool failed = false;        // true if a limit is not met, or a confirmation reading disagrees
   std::string refused_slots;  // message: "refused", or with slots "refused: slot A, B"
   std::string text;
 };
@@ -512,8 +512,8 @@ void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   }
 }
 
-// Calibrates many instruments (units). Prints one line per unit with its result and the reason of a
-// failure, then the yield.
+// Calibrates many instruments (units). Prints one line per unit with its result and, for a failure,
+// the reason; then prints the yield.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
               Run run,
@@ -729,6 +729,38 @@ std::vector<SeriesKind> recording_for(const ExperimentOptions& options) {
                                : std::vector<SeriesKind>();
 }
 
+// Returns the units that the header states for the columns of the axes. A column without a unit
+// gives an empty text.
+std::set<std::string> units_of_axes(const TableText& text, const ExperimentOptions& options) {
+  const std::vector<std::string> axes =
+      options.axes ? names_of(*options.axes) : std::vector<std::string>{"x", "y", "z"};
+  std::set<std::string> units;
+  for (const std::string& axis : axes) {
+    for (const NamedColumn& one : text.columns()) {
+      if (to_lower_case(one.name) == to_lower_case(axis)) {
+        units.insert(one.unit);
+      }
+    }
+  }
+  return units;
+}
+
+// Returns true if two different units measure the same quantity. An unknown unit measures the same
+// quantity as a unit that differs only by a prefix, as mV does from V.
+bool are_of_one_quantity(std::string_view a, std::string_view b, SeriesKind kind) {
+  const std::optional<KnownUnit> known_a = known_unit(a, kind);
+  const std::optional<KnownUnit> known_b = known_unit(b, kind);
+  if (known_a && known_b) {
+    return known_a->name != known_b->name && known_a->kind == known_b->kind;
+  }
+  const auto base = [](std::string_view unit) {
+    const bool has_prefix =
+        unit.size() > 1 && std::string_view("munkM").find(unit.front()) != std::string_view::npos;
+    return unit.substr(has_prefix ? 1 : 0);
+  };
+  return a != b && !a.empty() && base(a) == base(b);
+}
+
 // Sets axes, instrument, field and units from the columns of the first table, if the options do not
 // state them.
 ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOptions& table) {
@@ -760,20 +792,19 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
         "this is right, use --instrument {}",
         name_of(sensor->kind), name_of(sensor->kind)));
   }
-  if (!options.unit) {
-    const std::vector<std::string> axes =
-        options.axes ? names_of(*options.axes) : std::vector<std::string>{"x", "y", "z"};
-    std::set<std::string> units;
-    std::string note;
-    for (const std::string& axis : axes) {
-      for (const NamedColumn& one : text.columns()) {
-        if (to_lower_case(one.name) == to_lower_case(axis)) {
-          units.insert(one.unit);
-        }
-      }
+  const std::set<std::string> units = units_of_axes(text, options);
+  const SeriesKind kind = sensor ? sensor->kind : SeriesKind::other;
+  for (const std::string& unit : units) {
+    if (options.unit && are_of_one_quantity(unit, *options.unit, kind)) {
+      throw UsageError(
+          formatted("--unit: the columns of the axes are in {}, not in {}. Give --unit {}, or "
+                    "convert the readings",
+                    unit, *options.unit, unit));
     }
+  }
+  if (!options.unit) {
+    std::string note;
     if (units.size() == 1 && !units.begin()->empty()) {
-      const SeriesKind kind = sensor ? sensor->kind : SeriesKind::other;
       const std::optional<KnownUnit> known = known_unit(*units.begin(), kind);
       note = take_unit_of_file(known ? std::string(known->name) : *units.begin(), options);
     } else if (sensor && !sensor->unit.empty()) {
@@ -885,8 +916,8 @@ int run(const CalibrateCommand& command) {
       (!experiment.fit.method || method_kind(*experiment.fit.method).by_magnitude);
   const bool is_of_rests = may_be_samples && gather_rests(experiment.instrument.kind, run);
   if (is_of_rests) {
-    // The noise of a rest's mean reading is usually smaller than the errors of the sensor's model,
-    // so all rests get equal weights instead of weights by their noise.
+    // The noise of the mean over a period at rest is usually smaller than the errors of the
+    // sensor's model, so all these means get equal weights instead of weights from their noise.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
   }
   if (is_of_rests && !experiment.fit.method && experiment.instrument.kind == "accelerometer" &&

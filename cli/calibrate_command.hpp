@@ -26,9 +26,10 @@ struct CalibrateCommand {
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table, calibrated;
   std::optional<std::string> align;  ///< record of a second instrument in the same file
-  /// For method attitude: files with an earlier rotation and with readings for the tare.
+  /// For method `attitude`: `body` is the file of an earlier rotation, which the readings in the
+  /// file `tare` correct.
   std::optional<std::string> body, tare;
-  std::optional<std::string> shard;        ///< for --stream: I/N, the calibrated part of the units
+  std::optional<std::string> shard;        ///< for --stream: I/N, calibrate only part I of N parts
   std::optional<std::string> serial_from;  ///< file whose first line is the serial number
   /// The store of the records; the test station and the batch that are stored with each record.
   std::optional<std::string> store, station, batch;
@@ -76,7 +77,7 @@ struct Unit {
 /// @param sha256  digest of the instrument's readings.
 [[nodiscard]] std::string refusal_json(const Unit& unit, const std::string& sha256);
 
-/// Return the header line of a CSV table, and the line of one instrument.
+/// table_header() returns the header line of a CSV table; table_row() returns the line of one unit.
 [[nodiscard]] std::string table_header(const std::vector<std::string>& parameters);
 [[nodiscard]] std::string table_row(const Unit& unit, std::size_t parameters);
 

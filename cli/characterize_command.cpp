@@ -58,7 +58,7 @@ void add_options(OptionSet& options, CharacterizeCommand& command) {
 struct ReferenceFiles {
   std::string record;
   std::string observations;
-  std::string slot;  // slot in the column names; empty: the slot of the record
+  std::string slot;  // slot whose columns are read; empty: the slot that the record states
 };
 
 // Splits the argument OBS.csv:SLOT into file name and slot. If a file is named `OBS.csv:SLOT`, the

@@ -71,8 +71,8 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
   return list;
 }
 
-// Returns a remark if the record was made from the same readings. They always agree with the
-// record, so they cannot show a change.
+// Returns a remark if the record was made from the readings to be checked (`own` is true). Such
+// readings always agree with the record, so they cannot show a change.
 std::string own_text(bool own) {
   return own ? "The record was made from these readings, so they always agree. Take new readings "
                "to test for drift.\n"
@@ -277,7 +277,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   options.files = {*command.other};
   ExperimentFile without_method = make_experiment_file(options, experiment_of(old));
   FreshReadings fresh{.experiment = without_method.experiment};
-  // The method is then chosen according to the labels of the new readings.
+  // Without a method, read_run() does not require pose labels in the new readings.
   without_method.experiment.fit.method.reset();
   fresh.run =
       read_run(without_method, Units::one,
@@ -300,7 +300,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
   if (!method_kind(old.fit.method).fits_sensitivity) {
     // The readings are converted to the reference temperature, so temperature terms are not needed.
-    // Each reading still needs a temperature, because method bias requires one.
+    // Each reading still needs a temperature, because the method `bias` requires one.
     for (Reading& reading : fresh.run.observations.readings) {
       reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
     }
@@ -320,7 +320,8 @@ Calibration calibration_of(const CheckCommand& command,
                                   readings.run.slots),
                     old);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
-  for (Calibration& calibration : calibrations) {  // `check` prints its own note
+  // Removes the warning field_in_bias, because `check` prints its own note instead.
+  for (Calibration& calibration : calibrations) {
     std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
       return warning.code == WarningCode::field_in_bias;
     });
@@ -346,7 +347,8 @@ bool is_body_rotation(const std::string& path) {
          read_whole_file(path).find("\"axiscal-rotation\"") != std::string::npos;
 }
 
-// Reports whether a sensor has moved in its model (body) since the calibration of its rotation.
+// Compares two calibrations of a sensor's rotation in the body that carries it, and reports whether
+// the sensor has moved.
 int compare_bodies(const CheckCommand& command, double alpha) {
   const BodyChange change =
       compare_rotations(read_body_rotation(command.record), read_body_rotation(*command.other));
@@ -381,7 +383,8 @@ bool can_be_predicted(const Run& run, const Calibration& old) {
          method_kind(old.fit.method).fits_sensitivity && gives_field(old);
 }
 
-// Returns true if the readings have labels, but are fewer than the 12 of a complete design.
+// Returns true if the readings have labels, but there are fewer than 12 of them. A complete design
+// has 12 readings.
 bool is_few(const Run& run, const Calibration& old) {
   constexpr Eigen::Index whole_design = 12;
   return can_be_predicted(run, old) && run.observations.size() < whole_design;

@@ -8,13 +8,14 @@
 
 namespace axiscal::cli {
 
-/// Adds the line of the file to a message `PATH:LINE: column 'x': ...`, and marks the cell in it.
+/// Appends the text of line LINE of the file to a message `PATH:LINE: column 'x': ...`. The cell of
+/// the column is marked in the appended text.
 /// @return the extended message. If the message has another form, or the file cannot be read again,
 ///         it is returned unchanged.
 [[nodiscard]] std::string with_marked_cell(const std::string& message);
 
-/// Looks for three columns whose names differ only in a letter x, y, z. Columns whose names contain
-/// `word` are preferred.
+/// Looks for three columns whose names differ only in one letter, which is x, y or z. Columns whose
+/// names contain `word` are preferred.
 /// @param error   error with the names of the missing column and of the existing columns.
 /// @param option  name of the option that states the columns, for example "--axes".
 /// @param word    word that the names of the columns usually contain, for example "acc"; may be

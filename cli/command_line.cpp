@@ -330,7 +330,7 @@ Action parse_command_line(const std::vector<std::string>& typed,
       throw UsageError(formatted("{}\n`axiscal {} --help` shows the options", message_of(error),
                                  arguments.front()));
     }
-    // The options belong to a subcommand that is missing: see below.
+    // The command line contains options, but no subcommand. The code below reports this.
   }
   set_quiet(common.quiet);
   if (common.jobs) {

@@ -12,7 +12,7 @@ struct OptionDefinition {
   std::vector<std::string> names;  ///< such as "-o", "--output"; an argument has no dashes
   std::string type;                ///< type of the value, such as "DEG"; empty for a flag
   std::string help;
-  std::string group;         ///< heading of the option in the help
+  std::string group;         ///< heading under which the help lists the option
   bool is_argument = false;  ///< true: a positional argument
   bool is_required = false;
   std::vector<std::string> values = {};  ///< values that completion proposes

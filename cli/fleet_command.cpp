@@ -50,8 +50,8 @@ void require_one_design(const Store& store, const StoreFilter& filter, const std
   require_one(models, "models", "--model");
 }
 
-// Returns the limits of --limits. Without this option, returns the limits that the newest record
-// with a verdict states.
+// Returns the limits in the file of --limits. Without this option, returns the limits in the newest
+// record that has a verdict (passed or failed).
 std::vector<Limit> limits_of(const ReportCommand& command,
                              const Store& store,
                              const StoredCalibration& newest_judged) {

@@ -175,8 +175,8 @@ void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOpt
   }
 }
 
-// Reads the calibration in the record of --accelerometer-record. Its readings must have the unit of
-// the log.
+// Reads the record of --accelerometer-record. The readings in the record must have the same unit as
+// the readings in the log.
 Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOptions& options) {
   Calibration known = read_unrefused(*command.known_accelerometer, command.force);
   const std::string& unit = options.experiment.instrument.unit;
@@ -194,9 +194,9 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   return known;
 }
 
-// Returns the stated rests and turns of the log. They are read from the file or column that
-// --regions names. Without this option, they are read from the column `part`. The list is empty if
-// the log has no such column.
+// Returns the parts of the log in which the IMU was at rest or was rotated, as stated by the user.
+// They are read from the file or column that --regions names. Without this option, they are read
+// from the column `part`. The list is empty if the log has no such column.
 std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& input) {
   if (command.rests.regions) {
     const bool is_file = command.rests.regions->ends_with(".json");
@@ -235,7 +235,8 @@ std::string unit_of_columns(const RecordedLog& log, const std::vector<std::strin
   return columns.size() == 3 ? unit_of_gravity(*columns[0], *columns[1], *columns[2]) : "";
 }
 
-// The records for one instance number, and the sensors that could not be calibrated.
+// The records of the sensors with one instance number, and the sensors that could not be
+// calibrated.
 struct InstanceRecords {
   std::vector<Calibration> records;
   std::vector<FailedSensor> failed;
@@ -243,7 +244,8 @@ struct InstanceRecords {
 
 // Adapts the options to files that contain one rest each. This is assumed if the shortest file is
 // less than twice as long as the shortest permitted rest. The shortest permitted rest then becomes
-// 40 % of that file's length. Window and trim are reduced to at most 20 % and 5 % of it.
+// 40 % of that file's length. The window is reduced to at most 20 % of the file's length, and the
+// trim to at most 5 %.
 void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   if (input.begins.empty()) {
     return;

@@ -26,11 +26,11 @@ struct TableReading {
   /// Unit to which readings are converted (see WantedColumns::unit). If it is empty, readings are
   /// not converted.
   std::string unit;
-  /// Kind of the instrument, if words for faces may be read as labels of poses (see
-  /// WantedColumns::faces_of).
+  /// Kind of the instrument. If it is not empty, columns that name faces in words, for example "X
+  /// up", are read as labels of poses (see WantedColumns::faces_of).
   std::string faces_of;
-  /// Kind of the instrument, if its sensor may be read from a recording (see
-  /// WantedColumns::of_recording).
+  /// Kind of the instrument. If it is not empty, the readings may come from the sensor of this kind
+  /// in a recording (see WantedColumns::of_recording).
   std::string of_recording;
 };
 

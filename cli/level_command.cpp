@@ -129,7 +129,8 @@ Measured measure(const LevelCommand& command, Surface& surface) {
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   const std::vector<Calibration> calibrations = calibrate_run(experiment, run);
   print_remarks(calibrations);
-  // All slots share the table, so the warnings of all slots apply to it.
+  // The instruments in all slots lie on the same table, so the warnings of every slot apply to its
+  // slope.
   Measured measured{files.front(), false, calibrations.front()};
   for (std::size_t s = 1; s < calibrations.size(); ++s) {
     std::vector<CalibrationWarning>& warnings = measured.calibration.findings.warnings;
@@ -140,7 +141,8 @@ Measured measure(const LevelCommand& command, Surface& surface) {
 }
 
 // Checks that the slope may be used to turn the adjusters (levelling screws).
-// @throws RefusedError  if warnings or the levelness test show that the slope may be wrong.
+// @throws RefusedError  if warnings, or contradictory slopes from different readings, show that the
+//                       slope may be wrong.
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   const bool spoilt = std::any_of(
@@ -155,8 +157,8 @@ void require_trust(const Measured& measured) {
   }
 }
 
-// Returns the slope from the last block of readings, because the table may have been moved before
-// it. The readings of several slots are combined.
+// Returns the slope from the last block of readings, because the table may have been moved between
+// blocks. The readings of several slots are combined.
 Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   if (!field_kind(calibration.sensor.field.kind).vertical) {

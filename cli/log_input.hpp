@@ -51,13 +51,13 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 [[nodiscard]] LogFormat format_of(const LogOptions& options,
                                   const std::vector<std::string>& wanted = {});
 
-/// @return the columns that --columns, --accelerometer, .. name.
+/// @return the columns whose names are given with --columns, --accelerometer and similar options.
 [[nodiscard]] std::vector<std::string> columns_named_by(const RestOptions& options);
 
 /// @return the options of segment(). The list of columns is empty unless --columns is given.
 [[nodiscard]] SegmentOptions segment_options_of(const RestOptions& options);
 
-/// @return the options of calibrate_imu() for columns, rests, run sheet and turns.
+/// @return the options of calibrate_imu() for columns, rests, run sheet and rotations.
 /// @param accelerometer  columns of the accelerometer, used unless --accelerometer names others.
 [[nodiscard]] ImuOptions imu_options_of(const RestOptions& options,
                                         const std::vector<std::string>& accelerometer);
@@ -84,8 +84,8 @@ struct LogInput {
 /// @throws DataError  if the columns of a file differ from those of the first file.
 [[nodiscard]] LogInput record_logs(const std::vector<std::string>& paths, const LogFormat& format);
 
-/// Prints to stderr the notes of the rests and `more_notes`, then the warnings of the rests and the
-/// messages on the labels.
+/// Prints to stderr the notes in `rests` and in `more_notes`, then the warnings in `rests` and the
+/// messages in `labels`, unless `labels` is null.
 void print_remarks_of(const Segmentation& rests,
                       const std::vector<std::string>& more_notes,
                       const SeatLabels* labels);

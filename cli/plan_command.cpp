@@ -99,8 +99,8 @@ void add_options(OptionSet& options, PlanCommand& command) {
   options.add_flag("--json", command.json, "print the forecast as JSON");
 }
 
-// Returns the experiment in the file to plan. Without a file, it is that of an accelerometer in
-// gravity.
+// Returns the experiment that the user's file describes. Without a file, returns an experiment with
+// an accelerometer in gravity.
 Experiment planned_experiment(const PlanCommand& command) {
   Experiment experiment;
   if (command.experiment) {

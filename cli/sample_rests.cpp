@@ -60,8 +60,8 @@ std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   return faces;
 }
 
-// Checks that the file names and gravity give the same face in every rest. They may also give
-// opposite faces in every rest, if the instrument has the opposite sign.
+// Checks that the file names and the measured gravity give the same face in every rest, or opposite
+// faces in every rest. The faces are opposite if the sensitivities are negative.
 // @throws RefusedError  if neither is true.
 void require_agreement(const Run& run,
                        const std::vector<std::optional<Face>>& named,

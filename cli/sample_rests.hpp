@@ -11,8 +11,8 @@ namespace axiscal::cli {
 /// memory (65535 in every axis). Prints notes.
 void restore_count_signs(Run& run);
 
-/// Averages the raw samples of an instrument that measures gravity, to one reading per rest. Prints
-/// a note. A run whose readings have poses is not changed.
+/// Replaces the raw samples of an instrument that measures gravity by one mean for each interval at
+/// rest. Prints a note. A run whose readings have poses is not changed.
 /// @param instrument  the kind of instrument.
 /// @return true if the readings of the run are now means of rests.
 bool gather_rests(const std::string& instrument, Run& run);

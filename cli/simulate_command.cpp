@@ -121,8 +121,8 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   return options;
 }
 
-// Returns the log of one instrument as CSV with one row per sample. If the instrument is turned,
-// the log also contains the readings of an ideal accelerometer.
+// Returns the log of one instrument as CSV with one row per sample. If the recording contains
+// rotations, the log also contains the readings of an ideal accelerometer.
 std::string recording_csv(const SensorModel& truth,
                           const Recording& recording,
                           const SheetOptions& sheet,

@@ -62,7 +62,7 @@ std::string reasons_of(const Verdict& verdict) {
   return text;
 }
 
-// Parses the line for an instrument without a record, which `calibrate --stream` wrote: {"format":
+// Parses a line that `calibrate --stream` wrote for an instrument without a record: {"format":
 // "axiscal-refusal", ..}.
 StoredCalibration refusal_of(const std::string& line, const std::string& place) {
   try {
@@ -384,8 +384,8 @@ void export_table(const Store& store, const StoreFilter& filter, const std::stri
   file.commit();
 }
 
-// Returns the file name of a record. It consists of serial number, slot, date, and a part of the
-// digest that makes it unique.
+// Returns the file name of a record. It consists of serial number, slot, date, and the first eight
+// digits of the digest, which make the name unique.
 std::string file_name_of(const StoredCalibration& one) {
   std::string name = one.serial.empty() ? "no-serial" : one.serial;
   name +=
@@ -422,8 +422,8 @@ int export_records(const StoreCommand& command) {
   return 0;
 }
 
-// Compares a record with the columns that the store keeps of it. Returns a text about the
-// difference; empty if there is none.
+// Compares a record with the values that the store keeps in columns for this record. Returns a
+// description of the difference; empty if there is none.
 std::string defect_of(const StoredCalibration& stored) {
   StoredCalibration own;
   try {

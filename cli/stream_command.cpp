@@ -56,7 +56,8 @@ std::string cell_text(const nlohmann::json& value) {
   return quoted + "\"";
 }
 
-// Converts a line of JSON to a table: {"serial": .., "readings": [{"rest": .., "x": ..}, ..]}.
+// Converts one line of JSON to a table in CSV. The line has the form
+// {"serial": .., "readings": [{"rest": .., "x": ..}, ..]}.
 UnitText unit_of_json(std::string_view line) {
   UnitText unit;
   try {
@@ -213,8 +214,8 @@ class Stream {
   [[nodiscard]] bool is_shard() const { return command_.shard.has_value(); }
   [[nodiscard]] bool holds(const UnitText& unit) const { return is_in_shard(shard_, unit.serial); }
 
-  // @param place  index of the unit in the whole input. With --shard it is written for `axiscal
-  //               merge`.
+  // @param place  index of the unit in the whole input. With --shard, it is written to the output,
+  //               so that `axiscal merge` can restore the order of the units.
   [[nodiscard]] StreamedUnit made(const UnitText& text, std::size_t place) const {
     Unit unit{.serial = text.serial, .result = "error", .reason = text.error};
     if (text.error.empty()) {
@@ -328,8 +329,8 @@ Finished finished_units(const CalibrateCommand& command) {
   Lines records = lines_of(command.output, 0, all);
   Lines rows = lines_of(command.table, 1, all);
   finished.units = std::min(records.count, rows.count);
-  // If one output has more lines, it is read again, only up to the last unit that the other output
-  // has.
+  // If one output has more lines than the other, the longer one is read again, up to the last unit
+  // of the shorter one.
   if (command.output && records.count > finished.units) {
     records = first_lines(*command.output, 0, finished.units);
   }
@@ -422,8 +423,9 @@ SerialsSeen stored_units(const std::string& store) {
   return units;
 }
 
-// Checks that the last line of the earlier output belongs to `unit`, so that the input is the same.
-// @throws RefusedError  if it belongs to another unit.
+// Checks that the last line of the earlier output belongs to `unit`. This shows that the earlier
+// call had the same input.
+// @throws RefusedError  if the line belongs to another unit.
 void require_same_unit(const Finished& finished, const UnitText& unit) {
   if (!finished.last.empty() && finished.last.find(sha256_of_text(unit.csv)) == std::string::npos) {
     throw RefusedError(formatted(

@@ -221,9 +221,9 @@ void LineFile::write(std::string_view lines) {
     if (errno == EPIPE) {
       throw ClosedPipe(name + ": was closed by the program that reads it");
     }
-    throw OutputError(
-        formatted("{}: cannot be written ({}); use --resume to continue after the complete lines",
-                  name, std::strerror(errno)));
+    throw OutputError(formatted(
+        "{}: cannot be written ({}); use --resume to continue after the last complete line", name,
+        std::strerror(errno)));
   }
 }
 

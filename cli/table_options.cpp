@@ -228,7 +228,7 @@ void name_truth_and_measured(const std::string& path,
                                  path, joined(truth), joined(measured)));
 }
 
-// A column with words for faces, which is read as the column `rest` or `fence`.
+// A column that names faces in words (such as "X up") and is read as the column `rest` or `fence`.
 struct FaceColumn {
   MappedColumn column;
   std::string words;
@@ -296,7 +296,7 @@ std::optional<bool> named_faces_are_up(const TableText& table,
   return votes == 0 ? std::nullopt : std::optional(votes > 0);
 }
 
-// A column whose first rows contain words for faces.
+// A column whose first rows name faces in words, such as "X up".
 struct WordsOfFaces {
   std::string name;
   std::vector<std::optional<FaceInWords>> faces;  // faces in the first rows
@@ -384,7 +384,7 @@ std::vector<FaceColumn> face_columns(const std::string& path,
     const std::optional<bool> by_readings =
         feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, words.faces) : std::nullopt;
     // The cell, the heading and the readings can show whether a face was up or down. The first of
-    // them that shows it decides.
+    // these three that shows it is used.
     const auto of_cell = [is_fence, heading = words.heading, by_readings](const std::string& cell) {
       const std::optional<FaceInWords> face = face_in_words(cell);
       if (!face) {

@@ -48,9 +48,9 @@ struct OpenTable {
 /// The columns that a reader requests from a table, besides the labels of poses.
 struct WantedColumns {
   std::vector<std::string> axes;
-  /// Kind of the instrument. If the table lacks the axes but has one sensor of that kind, the
-  /// columns of this sensor are used, or else x, y, z. A note reports this. If the kind is empty,
-  /// only the axes are used.
+  /// Kind of the instrument. If the table lacks the axes, the columns of its only sensor of this
+  /// kind are used. If there is no such sensor, the columns x, y, z are used. A note reports this.
+  /// If the kind is empty, only the axes are used.
   std::string kind;
   /// Unit to which the readings are converted if a column's header states another unit. Units of
   /// another quantity are refused. If the unit is empty or "1", columns are not converted.
@@ -58,9 +58,9 @@ struct WantedColumns {
   /// Kind of the instrument whose sensor is read from a recording, a flight log or a bag. If it is
   /// empty, such files are refused.
   std::string of_recording;
-  /// Kind of the instrument, if columns with words for faces may be used as `rest` and `fence`. For
-  /// an accelerometer, the readings show whether a named face was up or down. If the kind is empty,
-  /// such columns are not used.
+  /// Kind of the instrument. If it is not empty, columns that name faces in words, for example "X
+  /// up", are used as `rest` and `fence`. For an accelerometer, the readings show whether a named
+  /// face was up or down. If it is empty, such columns are not used.
   std::string faces_of;
 };
 

@@ -13,7 +13,7 @@ namespace axiscal {
 /// A program that runs in a separate process, connected by a pipe.
 class ChildProgram {
  public:
-  /// The standard stream that the pipe replaces in the program.
+  /// The standard stream of the program that is connected to the pipe.
   enum class Pipe { standard_input, standard_output };
 
   struct Streams {

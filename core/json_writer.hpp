@@ -54,7 +54,7 @@ class JsonWriter {
   /// @param of_lists  true if the entries are lists; each entry is then on its own line.
   void column(std::string_view entries, bool of_lists);
 
-  /// Remembers the first reason why the text could not be read back as the struct it came from.
+  /// Remembers a reason why a reader would refuse the JSON text. Only the first reason is kept.
   void add_problem(std::string_view key, std::string_view problem);
   /// @return the remembered key and reason, "KEY REASON"; empty if there is none.
   [[nodiscard]] const std::string& problem() const { return problem_; }

@@ -24,7 +24,7 @@ int main() {
   options.accelerometer = {"ax", "ay", "az"};
   options.gyroscope = {"gx", "gy", "gz"};
   options.gyroscope_unit = "deg/s";
-  // The axis z of the sensor's frame is then the sensitive axis of az.
+  // With a triangular matrix, az measures along the z axis of the sensor's frame.
   options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;
   const axiscal::ImuCalibration found = axiscal::calibrate_imu(log, options);
 

@@ -10,7 +10,8 @@
 #include <cstdio>
 
 int main() {
-  // The true conditions: the table is tilted and turned, and there is iron near the magnetometer.
+  // The true conditions: the table is tilted, its y axis points to an azimuth of 137 degrees, and
+  // there is iron near the magnetometer.
   const axiscal::Site kitchen{.latitude_deg = 48.14, .longitude_deg = 11.58, .height_m = 520.0};
   const axiscal::GeomagneticField earth(kitchen, 2026.5, "uT");
   axiscal::SensorModel truth;

@@ -19,7 +19,7 @@ int main() {
   axiscal::Surface table;
   table.adjusters_m = {{0.1, 0.0}, {-0.1, 0.08}, {-0.1, -0.08}};
   table.thread_pitch_m = 0.5e-3;
-  const double smallest_turn = 0.005;  // smallest turn that a hand can make [turns]
+  const double smallest_turn = 0.005;  // smallest turn of a screw by hand [revolutions]
 
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
@@ -54,8 +54,8 @@ int main() {
       std::printf("all remaining turns are smaller than the smallest turn of a screw\n");
       break;
     }
-    // The amounts by which the screws were raised define a plane. Its slope is added to that of the
-    // table.
+    // The amounts by which the screws were raised define a plane. The slope of this plane is added
+    // to the slope of the table.
     const double along_x = (0.5 * (raised(1) + raised(2)) - raised(0)) / -0.2;
     const double along_y = (raised(1) - raised(2)) / 0.16;
     slope += Eigen::Vector2d(along_x, along_y);

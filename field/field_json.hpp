@@ -9,8 +9,8 @@
 
 namespace axiscal {
 
-/// Converts the level of a reading to and from JSON. The JSON is one number, or an object that
-/// contains a number for each named part.
+/// Converts the level of a reading (the factor that multiplies the induced field) to and from JSON.
+/// The JSON is one number, or an object that contains a number for each named part of the field.
 [[nodiscard]] Json level_json(const FieldLevel& level);
 [[nodiscard]] FieldLevel level_of(const JsonValue& json);
 

@@ -35,8 +35,8 @@ inline constexpr std::size_t regression_trials_block = 4096;
 /// Runs one block of trials: adds normal noise to the readings X b, fits each response, and
 /// estimates the scatter from the residuals.
 ///
-/// The trials of a block depend only on the seed and on the block's number b. Eight streams of
-/// xoshiro256++ are seeded from (seed, b), and each stream runs every eighth trial. Therefore the
+/// The trials of a block depend only on `seed` and `block`. Eight streams of xoshiro256++ are
+/// seeded from these two numbers, and each stream runs every eighth trial. Therefore the
 /// trials do not depend on the number of threads or on the width of the machine's vectors. Normal
 /// random numbers are drawn by the method of Box and Muller.
 ///

@@ -8,7 +8,8 @@
 
 namespace axiscal {
 
-/// The readings of a gyroscope from one rest to the next: samples of three axes, and their times.
+/// The readings of a gyroscope during a turn, which is the motion from one period at rest to the
+/// next: samples of three axes, and their times.
 struct TurnSamples {
   std::array<std::span<const double>, 3> rate;  ///< readings v, n samples for each axis
   std::span<const double> time_s;               ///< n times, ascending
@@ -20,9 +21,9 @@ struct IntegratedTurn {
   /// R(T), the rotation from the sensor's frame at the end to the sensor's frame at the start, as a
   /// unit quaternion (w, x, y, z).
   std::array<double, 4> attitude = {1.0, 0.0, 0.0, 0.0};
-  /// Derivatives of R(T) with respect to the entries of B. Column 3 p + q is the integral of R(t)
-  /// e_p (v - b)_q dt. It is the small rotation per unit of B_pq, as a vector in the sensor's frame
-  /// at the start.
+  /// Derivatives of R(T) with respect to the entries of B. Column 3 p + q is the small rotation per
+  /// unit of B_pq, as a vector in the sensor's frame at the start. It is the integral of
+  /// R(t) e_p (v - b)_q dt, where e_p is the unit vector of axis p.
   std::array<std::array<double, 9>, 3> sensitivity{};
   /// The integral of R(t) dt [s]. An error e of the bias rotates R(T) by this integral times B e.
   std::array<std::array<double, 3>, 3> rotation_integral{};
@@ -33,8 +34,9 @@ struct IntegratedTurn {
 ///
 ///     dR/dt = R [w cross],   w = B (v - b)
 ///
-/// The rate w is taken as linear between samples. Each step is the rotation vector
-/// (w0 + w1) dt / 2 + (w0 cross w1) dt^2 / 12 (Magnus series, of fourth order).
+/// The rate w is assumed to be linear between samples. If w0 and w1 are the rates at two successive
+/// samples and dt is the time between them, the rotation vector of this step is
+/// (w0 + w1) dt / 2 + (w0 cross w1) dt^2 / 12 (Magnus series of fourth order).
 ///
 /// @par Source
 /// method.md, section 4, turns; A. Iserles et al., "Lie-group methods", Acta Numerica 9 (2000).

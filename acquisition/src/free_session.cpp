@@ -32,7 +32,8 @@ constexpr std::size_t fewest_points = 12;   // fewest points for a fit
 constexpr std::size_t most_in_a_fit = 600;  // most points for each fit except the last one
 // Smallest distance of a new point from the last one, divided by the radius of the points' sphere.
 constexpr double novel_step = 0.03;
-constexpr double novel_rest_rad = 0.12;  // least angle between a new rest and each earlier rest
+// Smallest angle between the direction of a new reading at rest and that of each earlier reading.
+constexpr double novel_rest_rad = 0.12;
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -251,7 +252,7 @@ class FreeSession::Engine {
     }
   }
 
-  // Takes one reading from each rest in a new direction.
+  // Takes one reading each time the instrument is held still, and keeps it if its direction is new.
   void take_rest() {
     const bool settled = stillness_.is_still() && stillness_.floor_age_s() > 0.2;
     if (!settled) {
@@ -278,8 +279,8 @@ class FreeSession::Engine {
     phase_ = SessionPhase::laying;
     const Eigen::Vector3d mean = dwell_.mean();
     stillness_.learn(dwell_.sd());
-    // The radius is at least half the magnitude of the reading. Before the first turn all readings
-    // are about equal, so their range would give a radius near 0.
+    // The radius is at least half the magnitude of the reading. Before the instrument is turned,
+    // all readings are about equal, so their range would give a radius near 0.
     const double radius = std::max(0.5 * (highest_ - lowest_).maxCoeff(), 0.5 * mean.norm());
     const bool is_new = std::none_of(points_.begin(), points_.end(), [&](const FreePoint& one) {
       return (one.values - mean).norm() < novel_rest_rad * radius;
@@ -291,7 +292,7 @@ class FreeSession::Engine {
                  static_cast<int>(points_.size()));
     } else {
       news_.tell("as_before", "this direction was taken already: turn to another direction");
-      // Without a person, the session ends after many rests without a new direction.
+      // An unattended session ends after many consecutive readings without a new direction.
       constexpr int patience = 50;
       if (setup_.unattended && ++known_again_ >= patience) {
         finish();
@@ -578,8 +579,8 @@ class FreeSession::Engine {
   std::size_t samples_ = 0;
   double now_s_ = 0.0;
   double tried_to_store_s_ = 0.0;
-  bool taken_ = false;   // true if the reading of the current rest was taken
-  int known_again_ = 0;  // number of consecutive rests in directions of earlier rests
+  bool taken_ = false;   // true if a reading was taken since the instrument came to rest
+  int known_again_ = 0;  // number of consecutive readings without a new direction
   bool samples_ended_ = false;
   bool quit_ = false;
   std::size_t fitted_of_ = 0;

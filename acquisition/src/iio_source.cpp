@@ -52,7 +52,7 @@ struct IioChannel {
   iio_channel* channel = nullptr;
   double scale = 1.0;
   double offset = 0.0;
-  double unit = 1.0;  // factor that converts the attribute `input`, scaled by IIO, to the unit
+  double unit = 1.0;  // factor that converts the attribute `input` to the channel's unit
   bool is_time = false;
 };
 

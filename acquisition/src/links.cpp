@@ -183,7 +183,10 @@ class SerialLink final : public ReopenedLink {
     if (!error) {
       port_.set_option(Port::baud_rate(baud_), error);
     }
-    return error ? failed("the port does not accept these options: ") : "";
+    return error ? failed(
+                       "the port does not accept the serial settings (baud rate, parity, flow "
+                       "control): ")
+                 : "";
   }
 
   void close() override {

@@ -15,10 +15,10 @@
 namespace axiscal {
 namespace {
 
-// Another pose is reported if PoseJudgement::log_ratio exceeds this value. log_ratio is computed
-// from chi^2 only, without the probability densities of the predictions. These densities contain
-// the prior, for which a slope near zero is improbable. On a level table, two readings with the
-// same rest face and opposite fence faces would therefore be mistaken for the same pose.
+// Another pose is reported if PoseJudgement::log_ratio exceeds this value. log_ratio contains only
+// chi^2, not the normalising factors of the probability densities. These factors favour the pose
+// with the more certain prediction. On a level table, the readings before and after half a turn of
+// the cube about the vertical are equal, so they would be mistaken for readings in the same pose.
 constexpr double telling_log_ratio = 9.0;
 // A pose does not fit if the chi^2 of three axes exceeds this value (about 5 standard deviations).
 constexpr double fitting_misfit = 40.0;

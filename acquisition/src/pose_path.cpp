@@ -33,7 +33,7 @@ const std::array<TurnDefinition, 7>& turns() {
   return all;
 }
 
-// Returns a direction after the quarter turns of `turn` about an axis of the table.
+// Rotates a direction by `turn.quarters` quarter turns about `turn.axis`.
 Eigen::Vector3d turned(Eigen::Vector3d direction, const TurnDefinition& turn) {
   for (int i = 0; i < turn.quarters; ++i) {
     direction = turn.axis * turn.axis.dot(direction) + turn.axis.cross(direction);

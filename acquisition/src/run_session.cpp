@@ -45,8 +45,8 @@ class Unanswered {
     const bool waits = view.phase == SessionPhase::question || view.phase == SessionPhase::review ||
                        view.phase == SessionPhase::paused ||
                        (view.phase == SessionPhase::ready && !view.automatic);
-    // In manual mode the phase may change (a knock) while the session waits for the same command.
-    // The number of completed points is compared instead.
+    // In manual mode, a knock may change the phase while the session waits for the same command.
+    // Therefore the number of completed points is compared instead of the phase.
     const bool same = view.automatic ? view.phase == phase_ : view.done == done_;
     if (!nobody_answers || !same) {
       since_s_ = never;

@@ -40,7 +40,7 @@ class SampleClock {
   /// Checks that the unit of a recording's times gives a plausible sample rate.
   /// @param path   the recording's file name, for messages.
   /// @param block  the first samples of the recording, one column for each channel.
-  /// @throws DataError  if the times are in another unit than the column's name states.
+  /// @throws DataError  if the unit of the times is not the one that the column's name states.
   void check_unit(const std::string& path, const std::vector<std::vector<double>>& block) const;
 
   /// Appends a sample with its time, unless it repeats the last sample and its time.

@@ -159,7 +159,7 @@ void Session::Engine::dwell() {
     phase_ = SessionPhase::laying;
     moved_ = false;
     view_.lies_as_before = true;
-    said_as_before_ = true;  // the second time, the reading is taken
+    said_as_before_ = true;  // the next reading is taken even if it is equal
     news_.tell("as_before", "the cube lies as it did at the last reading: lay it as requested", {},
                wanted_row().entry.point);
     return;
@@ -216,7 +216,7 @@ void Session::Engine::complete() {
   pending_ = reading;
   judgement_ = knowledge_.judge(list_.readings(), reading);
   if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
-    // The cube was placed again with the same result, so that an earlier reading is probably wrong.
+    // The cube was placed again with the same result, so an earlier reading is probably wrong.
     if (questioned_ == judgement_->best) {
       knowledge_.accept_run(reading.run);
       store();

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
-constexpr double handling_sd = 0.05;  // standard deviation of accelerations by hand [g]
+constexpr double handling_sd = 0.05;  // sd of the acceleration while the instrument is moved [g]
 constexpr double knock_g = 0.02;
 // If no reading is taken for this time, the simulated person places the cube again.
 constexpr double impatience_s = 300.0;
@@ -178,8 +178,8 @@ void SimulatedSource::sample(SampleBatch& batch) {
   if (time_s_ < moves_until_s_) {
     const double part = (time_s_ - moves_from_s_) / (moves_until_s_ - moves_from_s_);
     rotation_table_from_positioner = from_.slerp(part, to_);
-    // The hand accelerates the instrument. A magnetometer, which is turned without rests, is not
-    // affected.
+    // The hand accelerates the instrument. A magnetometer, which is turned without being held
+    // still, is not affected.
     shaking = normal_vector(random_, roams_by_rests_ && !*roams_by_rests_ ? 0.0 : handling_sd);
   } else if (knock_at_s_ >= 0.0 && time_s_ >= knock_at_s_) {
     shaking = normal_vector(random_, knock_g);

@@ -152,7 +152,7 @@ void Stillness::learn(const Eigen::VectorXd& sd) {
     const double least = std::isfinite(step_(k)) ? step_(k) / std::sqrt(12.0) : 0.0;
     const double shown = std::max(sd(k), least);
     if (shown > 0.0 && (options_.noise_sd.size() == 0)) {
-      // A noisier rest raises the floor by at most 50 %.
+      // A noisier reading raises the floor by at most 50 %.
       floor_(k) = floor_(k) > 0.0 ? std::min(shown, 1.5 * floor_(k)) : shown;
     }
   }

@@ -302,8 +302,8 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
   return {};
 }
 
-// Handles the heartbeat that each page sends every few seconds. If the owner of the control was
-// silent, its next heartbeat gives it the control again, unless another browser has used it since.
+// Handles the heartbeat that each page sends every few seconds. A browser that lost control because
+// it was silent regains control by its next heartbeat, unless another browser has used the control.
 WebAnswer WebPage::handle_heartbeat(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);

@@ -58,7 +58,7 @@ class RequestReader {
 
   enum class State { needs_more, complete, malformed, too_long };
 
-  /// Parses the next bytes. To be called until it returns another state than needs_more.
+  /// Parses the next bytes. Must be called until it returns a state other than needs_more.
   State add(std::string_view bytes);
 
   /// @return the request, after add() has returned complete.

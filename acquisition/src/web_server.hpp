@@ -22,9 +22,10 @@ struct WebListening {
 /// A request must be complete within five seconds, including the TLS handshake. web_request.hpp
 /// limits the sizes of head and body. One network may have at most 32 connections. All networks
 /// together may have at most 512. If a new client exceeds the first limit, the server closes the
-/// oldest connection of its network. If it exceeds the second, the server closes the oldest one of
-/// the network with the most connections. It does not disconnect watching browsers. A new client is
-/// therefore answered even if other clients keep many connections open.
+/// oldest connection of the client's network. If the client exceeds the second limit, the server
+/// closes the oldest connection of the network with the most connections. The server does not
+/// disconnect watching browsers. A new client is therefore answered even if other clients keep many
+/// connections open.
 class WebServer {
  public:
   /// Listens on a port. Requests are answered only after start().

@@ -26,11 +26,11 @@ struct JudgedRun {
   const Estimate& estimate;
   const FitTests& tests;
   const MistakeSearch& mistakes;
-  /// Warnings of mistakes that a term of the fit describes: a drift, a step of the biases, or a
-  /// memory (hysteresis).
+  /// Warnings of mistakes that the fit models by a term: a drift, a step of the biases, or a memory
+  /// (hysteresis).
   const std::vector<CalibrationWarning>& taken_in;
   bool searched = false;           ///< true if the readings were searched for mistakes
-  std::vector<int> unpaired_runs;  ///< numbers of the readings that method paired left out
+  std::vector<int> unpaired_runs;  ///< run numbers of the readings left out by method `paired`
   bool field_varies = false;       ///< true if the field magnitudes stated with readings differ
 };
 
@@ -53,8 +53,8 @@ struct WarningRule {
 /// @return all rules, the most serious first.
 [[nodiscard]] std::span<const WarningRule> warning_rules();
 
-/// Adds a program's own rule after the existing rules. Do not call it while other threads
-/// calibrate.
+/// Adds a user-defined rule after the existing rules. No other thread may calibrate during the
+/// call.
 void add_warning_rule(const WarningRule& rule);
 
 /// @return the warnings of all rules, in the order of the rules; empty for a good run.

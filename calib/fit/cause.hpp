@@ -64,7 +64,7 @@ void add_cause(const Cause& cause);
 
 /// Adds the effects of all causes of scatter to the uncertainty of an estimate (method.md, sections
 /// 4 and 4.1).
-/// @param estimate  the result of method paired, joint or known.
+/// @param estimate  the result of method `paired`, `joint` or `known`.
 [[nodiscard]] CountedEstimate count_scatter(const ScatterAnalysisInput& run, Estimate estimate);
 
 }  // namespace axiscal

@@ -43,7 +43,7 @@ struct OpenParameters {
 /// axis is judged by the readings that it uses.
 ///
 /// @param rows_for   see points_to_add(); empty if each reading has its own given field.
-/// @param turned_round  true for method paired: for each point to add, the message also asks for
+/// @param turned_round  true for method `paired`: for each point to add, the message also asks for
 ///                      the point with the opposite fence face.
 /// @throws RankDeficientError  if a coefficient is undetermined; the error names the coefficients
 ///         of every axis and the readings to add.

@@ -29,7 +29,7 @@ struct TemperatureEstimate {
   Eigen::MatrixXd scale;  ///< m x order
 };
 
-/// The direction of the field, fitted by method joint.
+/// The direction of the field, fitted by method `joint`.
 struct DirectionEstimate {
   /// covariance of the mean field vector, in the table's frame [field unit^2]
   std::optional<Eigen::Matrix3d> covariance;
@@ -56,7 +56,7 @@ struct BlockEstimate {
 
 /// The parts of the field that the axes respond to.
 struct SightEstimate {
-  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< for a transfer: result of seen_directions()
+  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< see seen_directions(); usually empty
   std::vector<AxisMask> visible;                   ///< for one-sided axes; see ReadingSet::visible
   /// true if it remained undecided which readings each one-sided axis sees
   bool unsettled = false;
@@ -78,7 +78,7 @@ struct Estimate {
   /// mean magnitude of the field, over the readings at which it is not 0; 0 if the method does not
   /// compute it
   double mean_field = 0.0;
-  /// for method paired: indices of the readings that have no opposite reading and are not used
+  /// for method `paired`: indices of the readings that have no opposite reading and are not used
   std::vector<std::size_t> unpaired;
   std::optional<CurvatureTest> curvature;
   std::vector<CalibrationNote> notes;
@@ -86,16 +86,16 @@ struct Estimate {
   std::shared_ptr<const Solution> solution;
 };
 
-/// Method paired: fits the averages of opposite positions, which have the same rest face and
-/// opposite fence faces. The field is turned by the measured tilt of the table (method.md, section
+/// Method `paired`: fits the averages of opposite readings, which have the same rest face and
+/// opposite fence faces. The field is rotated by the measured tilt of the table (method.md, section
 /// 4).
 /// @param nominal_in_table  nominal field; only its magnitude and the sign of its component z are
 ///                          used.
 [[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
                                        const Eigen::Vector3d& nominal_in_table);
 
-/// The regression of method paired on the averages of opposite readings, for readings of equal
-/// weight.
+/// The regression that the method `paired` makes for the averages of opposite readings, if all
+/// readings have equal weight.
 struct PairedDesign {
   Eigen::MatrixXd design;     // q x 4: 1, then the mean field in the sensor's frame
   Eigen::MatrixXd averaging;  // q x n: maps the readings to the averages
@@ -103,11 +103,11 @@ struct PairedDesign {
 };
 [[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
 
-/// Method joint: fits all readings and the unknown direction of the field in the table (method.md,
-/// section 4). The search starts from start_fields().
+/// Method `joint`: fits all readings and the unknown direction of the field in the table
+/// (method.md, section 4). The search starts from start_fields().
 [[nodiscard]] Estimate estimate_joint(const ReadingSet& set);
 
-/// Method known: fits readings whose fields are known (method.md, section 4).
+/// Method `known`: fits readings whose fields are known (method.md, section 4).
 /// @param field  the field in the table's frame; without vectors if each reading has its own given
 ///               field.
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set, const TableField& field);

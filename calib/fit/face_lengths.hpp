@@ -6,7 +6,7 @@
 
 namespace axiscal {
 
-/// Method faces: computes bias and scale from readings on six faces, which need not be level.
+/// Method `faces`: computes bias and scale from readings on six faces, which need not be level.
 ///
 /// If the field's direction is taken as known, a face that leans by an angle t shifts the bias by t
 /// F. The magnitude of the field does not depend on the lean. Therefore the bias b and the diagonal

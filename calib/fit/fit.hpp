@@ -114,8 +114,8 @@ class Fit {
 
   // The functions from here to root_of_axis() need full rank.
 
-  /// @return P, n x s: the rows for one axis of an orthonormal basis of the shared columns. The
-  ///         basis is orthogonal to the own columns of all axes.
+  /// @return P, n x s: the rows that belong to one axis in an orthonormal basis of the shared
+  ///         columns. The basis is orthogonal to the own columns of all axes.
   [[nodiscard]] const Eigen::MatrixXd& shared_basis_of_axis(Eigen::Index axis) const {
     return shared_basis_[static_cast<std::size_t>(axis)];
   }

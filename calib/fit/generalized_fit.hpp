@@ -24,8 +24,8 @@ namespace axiscal {
 /// All readings are used. The field's direction is fitted unless the method takes it as known.
 /// Consecutive readings at one design point belong to one placement of the cube. The call replaces
 /// coefficients, fields, residual_sd, degrees of freedom, covariance, intervals and components of
-/// the estimate. It changes only the notes if no errors are shared, or if the readings cannot
-/// separate shared errors from noise.
+/// the estimate. If no errors are shared, or if the readings cannot separate shared errors from
+/// noise, the call changes only the notes of the estimate.
 ///
 /// @param run  the readings that were fitted.
 /// @return the contribution of each uncertain input to the covariance of the coefficients; empty if

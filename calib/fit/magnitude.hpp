@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// Method magnitude: fits readings with unknown orientations in a field of known magnitude
+/// Method `magnitude`: fits readings with unknown orientations in a field of known magnitude
 /// (method.md, section 4).
 ///
 /// @param set    readings of three axes.
@@ -26,7 +26,7 @@ namespace axiscal {
                                           const Eigen::Matrix3d& noise,
                                           bool squares = false);
 
-/// Fits an ellipse to the readings of two axes that were turned about the direction perpendicular
+/// Fits an ellipse to the readings of two axes that were rotated about the direction perpendicular
 /// to both.
 ///
 /// The matrix A = S^-1 of the two axes is assumed to be symmetric. The response to a field
@@ -49,13 +49,13 @@ namespace axiscal {
                                          const Eigen::Matrix3d& noise,
                                          bool squares = false);
 
-/// Rotates the sensor's frame, which method magnitude leaves undetermined, to fit the design points
-/// (Wahba's problem).
-/// @param estimate  the result of method magnitude. The call rotates its response and stores the
+/// Rotates the sensor's frame, which method `magnitude` leaves undetermined, to fit the design
+/// points (Wahba's problem).
+/// @param estimate  the result of method `magnitude`. The call rotates its response and stores the
 ///                  field in the table's frame.
 void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
 
-/// Fits simulated readings by method magnitude, starting at the response `start`.
+/// Fits simulated readings by method `magnitude`, starting at the response `start`.
 [[nodiscard]] LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
                                              double F,
                                              MagnitudeShape shape,

@@ -25,7 +25,7 @@ using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 /// those for S are g f. These columns are computed with the values of c and S of the previous step.
 struct TemperatureTerms {
   int order = 0;
-  Eigen::MatrixXd d;  // n x m: temperature at each axis's sensor minus its reference
+  Eigen::MatrixXd d;  // n x m: temperature of each axis minus its reference temperature
   // n: index of the soak level (plateau of constant temperature) at each reading; empty if the
   // temperature is continuous
   std::vector<int> soak;
@@ -56,7 +56,7 @@ struct ReadingSet {
   Eigen::VectorXd noise_ratio;  // m: relative noise of the axes; empty if not stated
   bool robust = false;
   bool has_fence = true;                           // value of Observations::has_fence
-  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // for a transfer: result of seen_directions()
+  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // see seen_directions(); usually empty
   // For one-sided axes and a field of several parts: one n x m table for each part, which is true
   // if the axis responds to the part at the reading. Empty if every axis responds to all parts.
   std::vector<AxisMask> visible;
@@ -171,8 +171,8 @@ struct ReadingSet {
 };
 
 /// Returns the rows [1, f_i, second fields] of the regression, n x base_column_count(). f_i is the
-/// field at reading i in the sensor's frame. If `field` has no vectors, it is the field that was
-/// given for this reading.
+/// field at reading i in the sensor's frame. If `field` has no vectors, f_i is the field that was
+/// given for reading i.
 [[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field);
 
 /// The design of each axis: field_design() for all axes, unless axes see different parts of the

@@ -43,7 +43,7 @@ class ReadingSource {
  public:
   /// @param experiment, observations  must outlive the source and its copies.
   /// @param by_field  true if each reading has its own given field; design points are then ignored.
-  /// @throws SetupError, RefusedError  if a run to leave out does not exist, if no readings remain,
+  /// @throws SetupError, RefusedError  if a reading to leave out does not exist, if none remain,
   ///                                   or if weights are missing.
   ReadingSource(const Experiment& experiment,
                 const Observations& observations,
@@ -109,7 +109,7 @@ class ReadingSource {
     std::vector<std::size_t> rows;
     std::vector<std::size_t> rows_kept_out;
     std::vector<FieldDescription> also;
-    // numbers of the used blocks if each block has its own levelness; otherwise empty
+    // identifiers of the used blocks if the table's tilt is fitted for each block; otherwise empty
     std::vector<int> blocks;
     AxisMask in_range;
     std::optional<double> mean_time_s;

@@ -28,7 +28,7 @@ struct RunEffects {
   /// zeros.
   Eigen::MatrixXd columns;
   std::vector<std::string> names;  ///< names of the e columns
-  std::vector<int> blocks;         ///< numbers of the B blocks; empty if blocks are not fitted
+  std::vector<int> blocks;         ///< identifiers of the B blocks; empty if blocks are not fitted
   /// B x e: the value of each column in each block; 0 in columns that change within a block
   Eigen::MatrixXd shift_of_block;
   bool has_drift = false;  ///< true if a column is the drift, which changes by 1 over the run
@@ -36,8 +36,8 @@ struct RunEffects {
   /// n x m: the memory column of each axis, which is the previous reading minus the present reading
   /// [unit]; 0 x 0 if there is no memory.
   Eigen::MatrixXd memory;
-  /// Numbers of the blocks with few readings. Each has a column, after the columns of the other
-  /// blocks.
+  /// Identifiers of the blocks with few readings. Each of these blocks has a column, after the
+  /// columns of the other blocks.
   std::vector<int> small_blocks;
 
   /// @return true if the shifts of the blocks are fitted as columns; false if they are computed as
@@ -109,7 +109,7 @@ inline constexpr int fewest_readings_of_block = 6;
                                      const Eigen::MatrixXd& weights,
                                      EffectSetup setup);
 
-/// Adds the column of a memory to the effects.
+/// Adds the memory column (RunEffects::memory) to the effects.
 /// @param response  n x m [unit].
 void add_memory(const std::vector<Reading>& readings,
                 const Eigen::MatrixXd& response,

@@ -36,9 +36,9 @@ struct SaturationSearch {
 ///
 /// Here g is the mean row of the design over the m readings, C = (X'X)^-1 for the design X of the
 /// other readings, and nu is n - m minus the number of columns. The number of ends is two for each
-/// axis, or one for each one-sided axis. If the fields are not known (method magnitude), p follows
-/// from |f| = F along the measured direction. The square root is then replaced by 1, because such
-/// readings are often correlated.
+/// axis, or one for each one-sided axis. If the fields are not known (method `magnitude`), p
+/// follows from |f| = F along the measured direction. The square root is then replaced by 1,
+/// because such readings are often correlated.
 /// @par Source
 /// method.md, section 5 (Saturation).
 [[nodiscard]] std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,

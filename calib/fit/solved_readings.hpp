@@ -24,7 +24,7 @@ class SolvedReadings {
   [[nodiscard]] const ReadingSet& set() const { return set_; }
   [[nodiscard]] bool known_field() const { return directions_known_; }
 
-  /// @return the model solved at a field.
+  /// @return the solution of the model with its fields held at `field`.
   [[nodiscard]] std::shared_ptr<const Solution> at(const TableField& field) const;
 
  private:

@@ -38,8 +38,8 @@ struct Linearised {
                                                                       double damping,
                                                                       double smallest_pivot);
 
-/// The requirements on a problem for gauss_newton(). `State` is the point of the search; it need
-/// not be a vector. `Linear` is derived from Linearised.
+/// The requirements on a problem for gauss_newton(). `State` is the type of a point of the search;
+/// it need not be a vector. `Linear` is derived from Linearised.
 template <typename Problem>
 concept GaussNewtonProblem = requires(const Problem problem,
                                       const typename Problem::State at,
@@ -52,8 +52,8 @@ concept GaussNewtonProblem = requires(const Problem problem,
   // Returns the sum of squares at a point, with the weights of `linear`; NaN or infinity at points
   // that cannot be solutions.
   { problem.cost(at, linear) } -> std::convertible_to<double>;
-  // Returns the length of a step from a point, in the problem's measure. A length of 1 is a large
-  // step.
+  // Returns the length of a step from a point. The problem defines this length; a length of 1 is a
+  // large step.
   { problem.length(at, step, linear) } -> std::convertible_to<double>;
 };
 

@@ -11,9 +11,9 @@ namespace axiscal {
 /// uncertainties have jackknife_parts - 1 degrees of freedom.
 inline constexpr Eigen::Index jackknife_parts = 10;
 
-/// Divides the rows into ten contiguous parts. For each part, computes the change of a
-/// least-squares solution if this part is left out, by one step of Gauss-Newton. The changes
-/// include the effect of correlations that are shorter than one part.
+/// Divides the rows into ten contiguous parts. For each part, one Gauss-Newton step gives the
+/// change of a least-squares solution if this part is left out. The changes include the effect of
+/// correlations that are shorter than one part.
 ///
 /// @param at_solution  residuals and Jacobian at the solution, with rows in time order.
 /// @return the changes, p x 10: one column for each part. A column is NaN if the remaining rows do

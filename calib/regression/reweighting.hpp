@@ -7,7 +7,8 @@
 
 namespace axiscal {
 
-/// Iteratively reweighted least squares: weighs and fits in turn, until the weights converge.
+/// Iteratively reweighted least squares: computes the weights and repeats the fit alternately,
+/// until the weights converge.
 ///
 /// @param rows, columns  size of the matrix of weights, which are 1 at the start.
 /// @param weigh          returns the weights from the residuals of the last fit.

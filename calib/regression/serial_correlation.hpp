@@ -14,7 +14,7 @@ struct OrderedReadings {
   /// design matrices, n x p: one for each response, or one for all responses; the first column is 1
   std::vector<Eigen::MatrixXd> designs;
   Eigen::MatrixXd responses;  ///< n x m
-  Eigen::VectorXd places;     ///< place of each reading in the run, n increasing whole numbers
+  Eigen::VectorXd places;     ///< index of each reading in the run, n increasing integers
   std::vector<int> blocks;    ///< n block numbers; each block is contiguous; empty: no blocks
 
   [[nodiscard]] const Eigen::MatrixXd& design_of(Eigen::Index k) const {
@@ -168,7 +168,7 @@ struct CommonAr1Problem {
   const Eigen::MatrixXd& along;       ///< n x q: component of J along the direction of the cause
   const Eigen::VectorXd& deviations;  ///< n: component of the residuals along this direction
   Eigen::MatrixXd sizes;              ///< h, n x 1: factor h_i of each reading; mean square 1
-  Eigen::VectorXd places;             ///< place of each reading in the run; see OrderedReadings
+  Eigen::VectorXd places;             ///< index of each reading in the run; see OrderedReadings
   double degrees_of_freedom = 0.0;    ///< number of residuals minus q
 };
 

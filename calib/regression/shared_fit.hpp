@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// The sums over the readings of one response that fit_shared() needs. All responses have D
+/// The sums that fit_shared() needs from the readings of one response. All responses have D
 /// coefficients in common, and each response also has coefficients of its own. P contains the
 /// columns of the common coefficients, and y the readings. Both are projected onto the orthogonal
 /// complement of the response's own columns.

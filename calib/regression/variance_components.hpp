@@ -36,7 +36,8 @@ struct VarianceFit {
   /// A of the last round; 2 A^-1 is the covariance of components above their limit
   Eigen::MatrixXd information;
   Eigen::VectorXd estimate;  ///< b, c entries
-  /// c x c: the covariance of b, (W^T V^-1 W + D)^-1 with D = 1 for columns with a prior
+  /// c x c: the covariance of b, (W^T V^-1 W + D)^-1; D is diagonal, with 1 for each column with
+  /// a prior and 0 for each other column
   Eigen::MatrixXd covariance;
   /// for each component q, its contribution to the covariance of b, divided by theta_q; c x c
   std::vector<Eigen::MatrixXd> unit_shares;

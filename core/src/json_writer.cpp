@@ -241,8 +241,8 @@ std::string json_text(const Json& value) {
 }
 
 void JsonColumns::begin_row() {
-  // After 256 rows the final size is known well enough to reserve it. Growth by doubling would need
-  // twice the memory.
+  // After 256 rows the final size can be estimated, and that memory is reserved. Growth by doubling
+  // would need twice the memory.
   constexpr std::size_t telling = 256;
   if (rows_ == telling && expected_ > telling) {
     for (Column& column : columns_) {

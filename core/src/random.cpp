@@ -18,7 +18,8 @@ using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 // state ([rand.util.seedseq]). Seeding takes longer than drawing from most streams, so two measures
 // make it fast. The loop is split into stretches in which no index wraps around, so that it needs
 // no remainders. Several sequences are computed together. This takes little longer than computing
-// one, because the processor works on the others while a word waits for the previous word.
+// one sequence, because the processor can compute words of one sequence while the next word of
+// another sequence waits for the word before it.
 template <std::size_t count>
 class SeedSequences {
  public:

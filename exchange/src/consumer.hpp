@@ -13,7 +13,7 @@ namespace axiscal {
 
 using Sensor = VehicleSensor;
 
-/// Checks that the instrument has three axes that are not one-sided.
+/// Checks that the instrument has three axes, and that each responds to fields of both signs.
 /// @param format  name of the format, for the message.
 /// @throws RefusedError  for another instrument.
 void require_three_axes(const Calibration& calibration, std::string_view format);
@@ -55,8 +55,8 @@ struct ConsumerUnits {
   std::string field;
 };
 
-/// Computes the consumer's formula with a matrix of the given shape that is nearest to the
-/// calibration. The fit minimises the squared error over all directions of the field.
+/// Computes the consumer's formula that is nearest to the calibration. Its matrix has the given
+/// shape. The fit minimises the squared error over all directions of the field.
 /// @throws RefusedError  if readings or field cannot be converted to the consumer's units.
 ConsumerModel nearest_model(const Calibration& calibration,
                             const ConsumerUnits& units,

@@ -217,7 +217,8 @@ Exported fixed_header(const Calibration& calibration,
                               .rowwise()
                               .norm()
                               .maxCoeff();
-  // The bias has more fractional bits than the readings, so that it is not rounded to whole counts.
+  // The bias has more fractional bits than the readings, so that the bias is not rounded to whole
+  // counts.
   int more = 0;
   while (more < 12 && std::ldexp(span, reading_bits + more + 1) < largest) {
     ++more;

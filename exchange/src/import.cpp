@@ -407,7 +407,7 @@ Calibration import_calibration(std::string_view text,
         formatted("the kind '{}' must be accelerometer, gyroscope or magnetometer", options.kind));
   }
   if (options.instance < 0 || options.instance > 9) {
-    throw DomainError("the number of a sensor must be 0 to 9");
+    throw DomainError("the index of the sensor must be 0 to 9");
   }
   const Imported imported = read_by_format({text, path, options}, format);
   Calibration calibration;

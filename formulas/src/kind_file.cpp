@@ -25,8 +25,8 @@ struct StatedQuantity {
   Formula formula;
 };
 
-// The content of a kind's file. It exists until the program ends, because an InstrumentKind refers
-// to it.
+// The content of a file that describes a kind of instrument. It exists until the program ends,
+// because an InstrumentKind refers to it.
 struct StatedKind {
   std::string path;
   std::string name;

@@ -69,7 +69,8 @@ std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
   return end;
 }
 
-// Sums over the rows that fill whole vectors; `end` receives the number of these rows.
+// Returns the sum of (scale (|f| - 1))^2 over the rows that fill whole vectors. `end` receives the
+// number of these rows.
 double SumOfDeviations(const EllipsoidReadings& readings, const double* scale, std::size_t& end) {
   const hn::CappedTag<double, 8> lanes;
   end = readings.n - readings.n % hn::Lanes(lanes);

@@ -90,7 +90,8 @@ void ThreeByThree(const double* const* x,
 }
 
 // Adds the products of the rows `first` to `end` to the p x p products, but omits the last rows
-// that do not fill a vector. It computes blocks of three columns on and below the diagonal.
+// that do not fill a vector. Only the blocks of 3 x 3 products on and below the diagonal are
+// computed.
 // @return the end of the rows that were added.
 std::size_t AddProducts(const double* const* columns,
                         std::size_t p,

@@ -10,8 +10,8 @@ namespace axiscal {
 
 constexpr std::size_t turn_lanes = 8;
 
-// The results of eight turns, in rows of eight numbers: 4 rows for the quaternion, 27 for the
-// sensitivities, 9 for the integral of R.
+// The results of integrating eight turns (see IntegratedTurn), in rows of eight numbers: 4 rows for
+// the attitude, 27 for its derivatives with respect to B, 9 for the integral of R(t).
 struct TurnSums {
   std::array<std::array<double, turn_lanes>, 40> values{};
 };

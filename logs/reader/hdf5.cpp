@@ -39,7 +39,7 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-// Replaces slashes by points, so that the names are like those in other formats:
+// Replaces slashes by dots, so that the names are like those in other formats:
 // "imu/accelerometer" becomes "imu.accelerometer".
 std::string column_name(std::string name) {
   for (char& c : name) {

@@ -162,8 +162,8 @@ void put_phase(std::span<const double> samples, double rate_hz, std::span<double
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
   const auto put = [&](std::size_t at, double more) { phase[at] = sum + more; };
-  // Four samples are added to each other before they are added to `sum`. Each group of four then
-  // waits for the previous group with only one addition.
+  // Four samples are added to each other before they are added to `sum`. Then only one addition for
+  // each group of four must wait for the result of the previous group.
   for (i = 0; i + 4 <= samples.size(); i += 4) {
     const double a = (samples[i] - mean) * step;
     const double ab = a + (samples[i + 1] - mean) * step;

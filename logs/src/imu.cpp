@@ -123,7 +123,8 @@ double spread_of(const Eigen::MatrixX3d& ups) {
 // The quality of the rests that one threshold gives. The expected error of the coefficients is
 // scatter times spread. The spread is the result of spread_of(). With a gyroscope, the scatter is
 // the standard deviation of the attitude errors after the turns, because motion during a rest
-// changes these errors most. Without one, it is that of the calibrated magnitudes of gravity.
+// changes these errors most. Without a gyroscope, the scatter is the standard deviation of the
+// calibrated magnitudes of gravity.
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
@@ -232,8 +233,8 @@ class GyroscopeRefused : public RefusedError {
   using RefusedError::RefusedError;
 };
 
-// Finds the sections of a log, of at least `fewest` rows, in which no given column changes.
-// @return for each section, the number of its first row and one past the number of its last row.
+// Finds the sections of a log, of at least `fewest` rows, in which all given columns are constant.
+// @return for each section, the index of its first row and one past the index of its last row.
 std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(const RecordedLog& log,
                                                               const std::vector<std::string>& names,
                                                               std::size_t fewest) {
@@ -330,7 +331,7 @@ class ImuCalibrator {
   }
 
  private:
-  // Adds the warnings about the log and the seats to a record.
+  // Adds the warnings about the log and about the poses of the instrument to a record.
   void warn(Calibration& record) const {
     const auto add = [&](WarningCode code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
@@ -367,9 +368,9 @@ class ImuCalibrator {
     accelerations_ = means_of(result_.rests, options_.accelerometer);
   }
 
-  // @return true if at least one axis scatters during the rests by more than 0.7 times the
-  //         resolution of its readings. Such a sensor does not repeat one value, unless it is in a
-  //         sleep mode.
+  // @return true if the noise (standard deviation) of at least one axis at rest is more than 0.7
+  //         times the resolution of its readings. The readings of such a sensor are constant only
+  //         in a sleep mode.
   [[nodiscard]] bool scatters_by_steps(const Segmentation& rests) const {
     for (const std::vector<std::string>* names : {&options_.accelerometer, &options_.gyroscope}) {
       for (const std::string& name : *names) {
@@ -581,8 +582,8 @@ class ImuCalibrator {
     }
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     experiment.fit.method.reset();
-    experiment.fit.shape =
-        MagnitudeShape::symmetric;  // the frame is aligned with the accelerometer's below
+    // align_with_companion() later aligns the frame with that of the accelerometer.
+    experiment.fit.shape = MagnitudeShape::symmetric;
     const Observations observations = observations_of(options_.magnetometer);
     Calibration record = calibrate(experiment, observations);
     record.provenance.slot = "magnetometer";
@@ -633,8 +634,9 @@ SeatLabels recognise_seats(const RecordedLog& log,
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
-      // Approximate rotations are enough, because label_by_turns() compares them with the design
-      // points. Gravity does not determine turns about the vertical.
+      // The gyroscope is needed, because gravity does not determine rotations about the vertical.
+      // Approximate rotations are enough for label_by_turns(), which compares them with the design
+      // points.
       TurnFitOptions turn_options = options.turns;
       turn_options.rotations_only = true;
       const TurnFit fit = fit_turns(turns, still, turn_options);

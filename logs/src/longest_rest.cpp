@@ -163,8 +163,8 @@ LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz)
     const std::pair<std::size_t, std::size_t> run =
         longest_quiet(loud_windows(columns, windows, quietest));
     const std::size_t count = windows.front().mean.size();
-    // A first or last window next to motion is left out, because a hand may have touched the
-    // instrument in it.
+    // A first or last window next to motion is left out, because a hand may already or still have
+    // touched the instrument during that window.
     const std::size_t first = run.first > 0 ? run.first + 1 : 0;
     const std::size_t end =
         run.second < count ? run.second - std::min<std::size_t>(run.second, 1) : count;

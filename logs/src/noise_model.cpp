@@ -250,8 +250,8 @@ CurveFit fit_curve(std::span<const AllanPoint> points, double error) {
   return fit;
 }
 
-// Fits the curve with the error of the model for which chi^2 equals its degrees of freedom. The
-// error is found by bisection.
+// Fits the curve, assuming the relative error of the model for which chi^2 equals its degrees of
+// freedom. This error is found by bisection.
 CurveFit with_model_error(std::span<const AllanPoint> points) {
   double low = 0.0;
   double high = 1e-3;

@@ -120,7 +120,7 @@ std::string noise_summary(const LogNoise& noise) {
                         "K random walk", "", units);
       units_above = units;
     }
-    // Of a long name only the end is shown, because it is more specific than the beginning.
+    // Only the end of a long name is shown, because it is more specific than the beginning.
     const std::string name = one.name.size() > longest
                                  ? ".." + one.name.substr(one.name.size() - longest + 2)
                                  : one.name;

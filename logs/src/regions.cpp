@@ -65,7 +65,7 @@ std::optional<Region> region_called(std::string_view name) {
   return std::nullopt;
 }
 
-// The numbers of the samples of a region: from `first` to `end` - 1.
+// The samples of a region, which have the indices `first` to `end` - 1.
 struct Part {
   std::size_t first = 0, end = 0;
 };
@@ -290,8 +290,8 @@ class RegionCalibrator {
     result_.accelerometer.provenance.slot = "accelerometer";
   }
 
-  // @return the mean of the gyroscope over the rests in which gravity has nearly the same direction
-  //         as during a turn. If there are no such rests, the mean over all rests.
+  // @return the mean reading of the gyroscope over the rests in which gravity has nearly the same
+  //         direction as during a turn. If there are no such rests, the mean over all rests.
   [[nodiscard]] Eigen::Vector3d rest_like(const KnownRegion& turn) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double count = 0.0;
@@ -321,8 +321,8 @@ class RegionCalibrator {
       observations.readings[i].field_in_sensor = Eigen::Vector3d::Zero();
       if (parts[i].region->kind == Region::Kind::turn) {
         const auto row = static_cast<Eigen::Index>(i);
-        // The bias depends on the attitude. This replaces the bias in the turn's attitude by the
-        // mean of the biases over all rests.
+        // The bias depends on the attitude. Subtracting the difference between the bias in the
+        // turn's attitude and the mean bias over all rests leaves the mean bias in the reading.
         observations.response.row(row) -= (rest_like(parts[i]) - mean_rest_).transpose();
         observations.readings[i].field_in_sensor =
             rate_of(parts[i], observations.response.row(row).transpose() - mean_rest_);

@@ -21,13 +21,13 @@ class RestTurns {
 
   /// @return the turns between successive rests, except turns with missing samples and turns from
   ///         one recording to the next.
-  /// @param between  numbers of the rests between which turns are extracted, ascending.
+  /// @param between  indices of the rests between which turns are extracted, ascending.
   /// @param ups      upward vertical at each rest, in the sensor's frame, n x 3.
   [[nodiscard]] std::vector<GyroscopeTurn> turns(const Segmentation& rests,
                                                  const std::vector<std::size_t>& between,
                                                  const Eigen::MatrixX3d& ups);
 
-  /// For each turn that turns() last returned, the numbers of the rests before and after it.
+  /// For each turn that turns() last returned, the indices of the rests before and after it.
   std::vector<std::pair<std::size_t, std::size_t>> ends;
   /// Number of turns that the last call of turns() left out because samples were missing.
   std::size_t left_out = 0;
@@ -39,7 +39,7 @@ class RestTurns {
   [[nodiscard]] bool is_whole(std::size_t first, std::size_t count) const;
 
   double rate_hz_;
-  std::vector<std::size_t> begins_;  // samples at which a further recording begins
+  std::vector<std::size_t> begins_;  // indices of the samples at which another recording begins
   // The three columns in the log, or copies in owned_ in which missing samples were interpolated.
   std::vector<std::span<const double>> gyroscope_;
   std::span<const double> time_s_;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t fewest_samples = 30;
 
-// @return the numbers of the samples that are the first of a block, except the first block.
+// @return the index of the first sample of each block, except the first block.
 std::vector<std::size_t> begins_of(const Observations& samples) {
   std::vector<std::size_t> begins;
   for (std::size_t i = 1; i < samples.readings.size(); ++i) {

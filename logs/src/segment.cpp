@@ -98,8 +98,8 @@ class Clock {
 };
 
 // Replaces missing numbers by the last value of the column, so that sums stay finite. A missing
-// number ends a rest only if it is in a column by which rests are detected. In other columns, such
-// as those of a slower sensor, numbers may be missing.
+// number ends the current period of rest only if it is in a column that is used to detect rest. In
+// other columns, such as those of a slower sensor, numbers may be missing.
 class Repair {
  public:
   Repair(const SegmentOptions& options,
@@ -387,8 +387,9 @@ class BlocksAhead {
   std::future<std::vector<Block>> reading_;  // its destructor waits for the thread
 };
 
-// Marks as broken the samples in `options.left_out` and the first sample of each further recording.
-// @param first  number in the log of the first sample of the block.
+// Marks as broken the samples in `options.left_out`, and the first sample of each recording in
+// `options.begins`.
+// @param first  index in the log of the first sample of the block.
 void break_samples(const SegmentOptions& options, std::size_t first, std::vector<char>& broken) {
   const std::size_t end = first + broken.size();
   for (const auto& [from, to] : options.left_out) {
@@ -491,7 +492,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
 
 namespace {
 
-// @return the names of the parts of an induced field that have levels of their own in a sheet.
+// @return the names of the parts of an induced field whose levels are stated separately in a sheet.
 std::set<std::string> parts_with_levels(const std::vector<RunSheetRow>& sheet) {
   std::set<std::string> parts;
   for (const RunSheetRow& row : sheet) {

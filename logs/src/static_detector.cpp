@@ -92,7 +92,7 @@ struct StillSpan {
   std::size_t end = 0;
   double start_s = 0.0;
   double end_s = 0.0;
-  double motion = 0.0;  // sum of the joined variances of the samples
+  double motion = 0.0;  // sum of the joined variances (see StaticDetector) of the samples
   double loudest = 0.0;
   std::vector<double> reference;  // first value of each column
   std::vector<double> last;       // last value of each column
@@ -225,8 +225,8 @@ class StaticDetector::Stream {
     drop();
   }
 
-  // Computes for each sample the joined variance (motion_), and the largest joined variance within
-  // `trim` samples of it (loudness_).
+  // Computes for each sample the joined variance (motion_, see StaticDetector), and the largest
+  // joined variance within `trim` samples of it (loudness_).
   void find_motion(bool is_last) {
     const std::size_t n = time_s_.size();
     const std::size_t window = std::min(options_.window, n);
@@ -446,7 +446,7 @@ class StaticDetector::Stream {
   }
 
   DetectorOptions options_;
-  std::size_t base_ = 0;     // number of the buffer's first sample in the log
+  std::size_t base_ = 0;     // index in the log of the buffer's first sample
   std::size_t emitted_ = 0;  // number of samples in the buffer that have been processed
   double largest_ = 0.0;     // largest joined variance so far
   std::vector<double> time_s_;

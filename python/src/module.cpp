@@ -457,8 +457,8 @@ void bind_record(py::module_& module) {
       });
 }
 
-// Raises an exception whose class has the same name as in C++. The message names options, as the
-// message of the command does.
+// Raises an exception whose class has the same name as in C++. The message names the command-line
+// options, like the messages of the command `axiscal`.
 void raise(const py::object& type, const Error& error) {
   py::object exception = type(cli::with_options(error));
   if (const auto* const rank = dynamic_cast<const RankDeficientError*>(&error)) {

@@ -62,7 +62,7 @@ std::string yield_section(const Fleet& fleet, const FleetUnits& units) {
                                                   units.last(units.tests.size() - 1).date)}});
 }
 
-// Returns the section on the reasons of failures, with the most frequent reason first.
+// Returns the section on the reasons for failures, with the most frequent reason first.
 std::string pareto_section(const FleetUnits& units, Figures& figures) {
   std::map<std::string, std::size_t> reasons;
   std::size_t failed = 0;

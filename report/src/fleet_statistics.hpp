@@ -48,8 +48,8 @@ struct Capability {
   double ppk_low = 0.0;   ///< lower end of the 95 % interval of ppk (Bissell 1990)
   double cpk = 0.0;       ///< ratio like ppk, with sd_within instead of sd
   double median_u = 0.0;  ///< median of the standard uncertainties of the units' values
-  /// Median like median_u, if the batch is used as a prior (see capability_of()). NaN if the prior
-  /// cannot be used for every unit.
+  /// Median of the standard uncertainties if the distribution of the batch is used as a prior (see
+  /// capability_of()). NaN if the prior cannot be used for every unit.
   double median_u_with_prior = 0.0;
   /// Lines of the control chart: mean, mean - 3 sd_within, and mean + 3 sd_within.
   double center = 0.0, below = 0.0, above = 0.0;
@@ -104,8 +104,8 @@ struct Retest {
 /// Compares the first and the last test of each unit that was tested at least twice. The
 /// coefficients of the two tests are said to differ if the change of any coefficient is
 /// significant. The significance level is 1 % for all coefficients of a unit together. The
-/// uncertainty of a change includes only the noise of the readings. If a test has no coefficients,
-/// the coefficients differ.
+/// uncertainty of a change includes only the noise of the readings. If one of the tests has no
+/// coefficients, the coefficients are also said to differ.
 /// @return one element for each unit that was tested at least twice.
 [[nodiscard]] std::vector<Retest> retests_of(const FleetUnits& units);
 

@@ -31,7 +31,8 @@ struct Cell {
   std::string value;
 };
 
-/// @return a cell with the value rounded by its uncertainty; Cell::value has all digits.
+/// @return a cell with the value rounded to the digits that its uncertainty justifies; Cell::value
+///         has all digits.
 [[nodiscard]] Cell rounded_cell(double value, double uncertainty);
 
 /// @return a cell with a number rounded to `digits` significant digits. Cell::value has all digits.

@@ -84,8 +84,8 @@ std::string coefficients_of(const NoiseGroup& group) {
       head, rows);
 }
 
-// Marks the points of the curve at which data sheets read the coefficients: N (white noise) at 1 s,
-// K (random walk) at 3 s, and B (bias instability) at the lowest point.
+// Marks the points of the curve from which data sheets take the coefficients: N (white noise) at
+// 1 s, K (random walk) at 3 s, and B (bias instability) at the lowest point.
 void mark_coefficients(const ColumnNoise& column, Plot& plot, PlotSeries& marks) {
   double lowest_tau = 0.0;
   double lowest = 0.0;

@@ -14,7 +14,7 @@ struct PlotSeries {
   bool line = false;                 ///< true: a line; false: points
   std::vector<double> x, y;          ///< coordinates; a point with y = NaN is not drawn
   std::vector<double> high;          ///< upper edge of a band whose lower edge is y; empty: no band
-  std::vector<int> runs;             ///< run number of each point; empty: no readings
+  std::vector<int> runs;             ///< run number of each point; empty: points are not readings
   std::optional<std::size_t> style;  ///< index of colour and marker; nullopt: the series' own index
   bool in_legend = true;
 };

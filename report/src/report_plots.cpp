@@ -359,7 +359,7 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
   }
   Plot plot{
       .id = "turns-plot",
-      .title = "Attitude errors after the turns from rest to rest",
+      .title = "Attitude error after each turn between two rests",
       .alternative =
           "Attitude error of the calibrated gyroscope, integrated over each turn, about x, y and z",
       .x_label = "turn",

@@ -215,7 +215,7 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   cloud.before.resize(n, 3);
   cloud.after.resize(n, 3);
   const SensorModel& sensor = calibration.sensor;
-  // One scale for all axes, so that an ellipsoid keeps its shape.
+  // All axes are scaled by the same factor, so that an ellipsoid keeps its shape.
   const double scale = std::cbrt(std::abs(sensor.response.sensitivity.determinant()));
   const Eigen::Vector3d centre = sensor.response.bias / scale;
   constexpr double in_sight = 3.0;

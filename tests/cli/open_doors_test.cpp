@@ -83,6 +83,25 @@ TEST_F(OpenDoors, ACompassWithoutAStatedFieldIsFittedToLength1) {
   EXPECT_DOUBLE_EQ(read_json(cal_)["field"]["magnitude"].get<double>(), 1.0);
 }
 
+// A unit in the header that contradicts --unit is not overlooked.
+TEST_F(OpenDoors, TheUnitOfTheColumnsMustBeTheStatedOne) {
+  std::string text = read_file(std::string(AXISCAL_SOURCE_DIR) + "/examples/run.csv");
+  const std::size_t end = text.find('\n');
+  ASSERT_EQ(text.substr(end - 5, 5), "x,y,z");
+  text.replace(end - 5, 5, "x (V),y (V),z (V)");
+  const std::string file = folder_.write("volts.csv", text);
+  const auto calibrate = [&](const std::string& unit) {
+    return run_axiscal(
+        {"calibrate", file, "--instrument", "accelerometer", "--unit", unit, "-o", cal_});
+  };
+  const ProgramResult wrong = calibrate("mV");
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--unit: the columns of the axes are in V, not in mV"));
+  EXPECT_FALSE(std::filesystem::exists(cal_));
+  EXPECT_EQ(calibrate("V").status, 0);
+  EXPECT_EQ(calibrate("LSB").status, 0) << "a name of the user's own is accepted";
+}
+
 TEST_F(OpenDoors, TemplateWithoutANameListsThem) {
   const ProgramResult result = run_axiscal({"template"});
   EXPECT_EQ(result.status, 0);

@@ -125,7 +125,7 @@ class AttitudeBudgetMaker {
   // Returns the simulated errors of each result, one for each trial; empty if the result is NaN.
   [[nodiscard]] std::vector<std::vector<double>> drawn_errors(int trials, std::uint64_t seed) const;
 
-  // Returns options with which all trials give roll, or all give yaw.
+  // Returns options with which every trial gives the same one of the angles roll and yaw.
   static ReductionOptions one_pair_of_angles(const Calibration& calibration,
                                              ReductionOptions options,
                                              const Eigen::Vector3d& field) {
@@ -191,8 +191,9 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
   const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_).cwiseSqrt();
   const Eigen::Index m = own.size();
   // Errors due to the scatter of the fit have Student's t distribution with the degrees of freedom
-  // of each axis. Errors due to a scatter component (blocks, seats) have Student's t distribution
-  // with the degrees of freedom of the component. All other errors are normal.
+  // of each axis. Errors due to differences between blocks or between placements of the cube have
+  // Student's t distribution with the degrees of freedom of that component. All other errors are
+  // normal.
   const Eigen::MatrixXd fit_root = covariance_root(B * propagation_.of_readings_ * B.transpose());
   const Eigen::MatrixXd others_root = covariance_root(B * propagation_.of_inputs_ * B.transpose());
   const Eigen::VectorXd between = propagation_.between_blocks(field_).cwiseSqrt();

@@ -22,7 +22,7 @@ inline constexpr Eigen::Index fixed_results = 4;
 /// @param has_up  true if the upward vertical is known from an accelerometer.
 [[nodiscard]] std::size_t derived_count(const Reducer& reducer, bool has_up);
 
-/// @return the names of results_of(), for a reading whose upward vertical is unknown.
+/// @return the names of the entries of results_of(), if the upward vertical is unknown.
 [[nodiscard]] std::vector<std::string> names_of_results(const Reducer& reducer);
 
 /// @return true if a result is an angle in degrees, so that differences are taken modulo 360.

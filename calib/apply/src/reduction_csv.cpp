@@ -513,8 +513,8 @@ class RowReduction {
     return true;
   }
 
-  // Writes the angle of the joint: the rotation of the second instrument relative to this one.
-  // Returns true if the row is flagged `moved`.
+  // Writes the angle of the joint: the angle between the verticals that the two instruments
+  // measure. Returns true if the row is flagged `moved`.
   bool put_joint(const Eigen::Vector3d& field, const ReadingContext& context, bool& extrapolated) {
     const JointColumns& joint = *options_.joint;
     const ReducedReading reduced =
@@ -639,8 +639,8 @@ class RowReduction {
     }
   }
 
-  // Returns the field that follows from the two axes after `first` and `second` are added to the
-  // measured components along the axes.
+  // Computes the field from the measured components along the two axes, increased by `first` and
+  // `second`.
   [[nodiscard]] Reducer::ClosedField closed_field(double first, double second) const {
     const std::span<const double> readings = row_.readings();
     return reducer_.closed_field(readings[0] + first * reducer_.sensitivity_of(0),

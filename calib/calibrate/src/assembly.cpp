@@ -310,7 +310,8 @@ Calibration calibrate_slot(const Experiment& own,
   }
 }
 
-// Combines the levelness of the slots in a vertical field, and adds it to their records.
+// Combines the slopes of the table that the slots in a vertical field measured, and adds the result
+// to the records of these slots.
 std::optional<CombinedLevelness> combined_levelness(std::vector<Calibration>& calibrations) {
   std::vector<SlotLevelness> levelness;
   for (const Calibration& calibration : calibrations) {

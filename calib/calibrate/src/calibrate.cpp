@@ -65,7 +65,7 @@ SolvedRun solved(const PreparedRun& run) {
 
 Calibration calibrated(const Experiment& experiment, const Observations& observations);
 
-// Calibrates without the rows `rows`, and adds the reasons as warnings.
+// Calibrates without the readings in `rows`. Adds the reasons for leaving them out as warnings.
 Calibration calibrated_without(const Experiment& experiment,
                                const Observations& observations,
                                const std::vector<std::size_t>& rows,

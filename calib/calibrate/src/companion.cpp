@@ -167,7 +167,7 @@ std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
   return used;
 }
 
-// Rotates response, covariance and sources to the companion's frame.
+// Rotates the response, its covariance and the sources of uncertainty to the companion's frame.
 // @param simulated  the covariance from covariance_by_simulation(); nullopt if it was not
 //                   simulated.
 void turn_to_companion(const Alignment& alignment,

@@ -53,8 +53,8 @@ void confirm(const PreparedRun& run,
                                compared.notes.end());
 }
 
-// Returns n x m flags: true if the fit of an axis used a reading. There is a row for each row of
-// the file.
+// Returns an n x m mask: entry (i, k) is true if the fit of axis k used reading i. The mask has
+// a row for each row of the file.
 AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estimate& estimate) {
   const Observations& observations = run.observations();
   AxisMask used = AxisMask::Constant(observations.size(), observations.response.cols(), false);
@@ -72,7 +72,7 @@ AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estima
   return used;
 }
 
-// Returns the responses that were fitted, without readings of robust weight 0.
+// Returns the fitted responses, without readings to which robust regression gave weight 0.
 Eigen::MatrixXd weighed_responses(const FittedRun& fit, const Calibration& record) {
   const Eigen::MatrixXd& robust = record.fit.statistics->robust_weight;
   if (robust.rows() != fit.set->response.rows()) {
@@ -101,8 +101,8 @@ void put_residuals(const PreparedRun& run,
   }
 }
 
-// Fits the polar form of the wind-tunnel literature to the same readings and the fitted field, and
-// adds the result to the record for comparison.
+// Fits the polar form of the response, which the wind-tunnel literature uses, to the same readings.
+// The field is the fitted field. Adds the result to the record for comparison.
 void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibration& record) {
   if (record.sensor.temperature || !record.sensor.also.empty() || set.has_excluded_readings() ||
       (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {

@@ -30,7 +30,7 @@ void judge(const PreparedRun& run,
            const FitTests& tests,
            Calibration& record);
 
-/// Adds the notes and warnings on the field, and the status, to a record of method bias.
+/// Adds the notes and warnings on the field, and the status, to a record made by method `bias`.
 void judge_biases(const Experiment& experiment, Calibration& record);
 
 }  // namespace axiscal

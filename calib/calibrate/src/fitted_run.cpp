@@ -268,7 +268,8 @@ SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit) {
 
 namespace {
 
-// Returns one effect of the run on each axis as text: "x 0.0012, y -0.0003, z 0.0001".
+// Returns the coefficients of one effect (for example a drift), one for each axis, as text:
+// "x 0.0012, y -0.0003, z 0.0001".
 std::string effect_by_axis(const PreparedRun& run,
                            const FittedRun& fit,
                            Eigen::Index effect,

@@ -31,9 +31,9 @@ struct FittedRun {
   ReadingSource source;                   ///< the observations, and the model that is fitted
   std::unique_ptr<const ReadingSet> set;  ///< the readings as input of the fitted model
   Estimate estimate;
-  AxisMask seen;  ///< the readings that each axis uses; empty if all
-  /// The mean square of the mounts' fitted rotations that noise alone would cause; see
-  /// MountTurns::expected.
+  AxisMask seen;  ///< the readings that each axis uses; empty if every axis uses all readings
+  /// The mean square that the fitted rotations of the mounts would have if they were only noise;
+  /// see MountTurns::expected.
   double mounts_expected = 0.0;
   std::shared_ptr<const Solution> solution;  ///< the solution for `set`; null if not kept
 
@@ -56,15 +56,16 @@ struct SearchedRun {
   std::unique_ptr<const ReadingSet> judged;
   ReadingSet kept_out;  ///< the confirmation readings, with their shared errors removed too
 
-  /// Warnings of mistakes that a term of the fit describes: a drift, a step of the biases, or a
-  /// memory (hysteresis).
+  /// Warnings of mistakes that the fit models by a term: a drift, a step of the biases, or a memory
+  /// (hysteresis).
   std::vector<CalibrationWarning> taken_in;
 };
 
 [[nodiscard]] SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit);
 
 /// If the likeliest mistake is a drift, a step of the biases, or a memory, adds a term for it to
-/// the model. With a memory, each reading lags behind the change since the previous one.
+/// the model. A memory (hysteresis) means that each reading lags behind the change since the
+/// previous reading.
 /// @return the extended model. It is nullopt if the mistake is of another kind, if the model
 ///         already has this term, or if FitOptions::drift is not automatic.
 [[nodiscard]] std::optional<ChosenModel> with_mistake_term(const PreparedRun& run,

@@ -5,10 +5,10 @@
 
 namespace axiscal {
 
-/// @return true if each reading states its field in the sensor.
+/// @return true if every reading has a stated field vector in the sensor's frame.
 [[nodiscard]] bool has_stated_fields(const Observations& observations);
 
-/// @return true if each reading states its design point.
+/// @return true if every reading has a design point.
 [[nodiscard]] bool has_labels(const Observations& observations);
 
 /// Adds a note to the record if fence faces are missing and the table is therefore taken as level.

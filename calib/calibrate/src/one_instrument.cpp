@@ -29,21 +29,21 @@ std::optional<Calibration> calibration_of(Experiment experiment, const Observati
   experiment.fit.search_for_mistakes = false;
   experiment.fit.seats = SeatSetup::none;
   experiment.fit.process.reset();
-  experiment.leave_out.clear();  // these run numbers refer to the joined run
+  experiment.leave_out.clear();  // its run numbers count the readings of all files
   for (const std::optional<Method> method :
        {experiment.fit.method, std::optional<Method>(Method::known)}) {
     try {
       experiment.fit.method = method;
       return fitted_record(experiment, readings);
-    } catch (const Error&) {  // e.g. fence faces are missing; method known may still succeed
+    } catch (const Error&) {  // e.g. fence faces are missing; method `known` may succeed
       continue;
     }
   }
   return std::nullopt;
 }
 
-// Returns a text for the first difference that is too large for one instrument; empty if there is
-// none.
+// Describes the first difference that is too large for one instrument. Returns an empty text if
+// there is no such difference.
 std::string difference_between(const Calibration& first, const Calibration& other) {
   const SensitivityMatrix& S = first.sensor.response.sensitivity;
   const SensitivityMatrix& T = other.sensor.response.sensitivity;

@@ -78,7 +78,7 @@ MetFields fields_met_by(const Observations& observations) {
       met.largest = std::max(met.largest, length);
     }
   }
-  met.largest = met.largest == 0.0 ? 1.0 : met.largest;  // a run with zero fields is refused later
+  met.largest = met.largest == 0.0 ? 1.0 : met.largest;  // all fields are 0; refused later
   met.least = met.least == 0.0 ? met.largest : met.least;
   return met;
 }

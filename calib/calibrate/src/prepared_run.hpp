@@ -45,15 +45,15 @@ class PreparedRun {
   [[nodiscard]] const MethodKind& method() const { return method_kind(method_); }
   [[nodiscard]] Weighting weighting() const { return weighting_; }
 
-  /// @return true if the readings state their fields.
+  /// @return true if each reading has its own stated field.
   [[nodiscard]] bool by_field() const { return source_.by_field(); }
 
   /// @return true if the magnitudes of the fields stated with the readings differ, as on a rate
   ///         table.
   [[nodiscard]] bool field_varies() const { return field_varies_; }
 
-  /// @return the readings with the simplest model, without temperature terms and effects of the
-  ///         run.
+  /// @return the readings and the simplest model of them, which has no temperature terms and no
+  ///         effects of the run.
   [[nodiscard]] const ReadingSource& source() const { return source_; }
 
   /// @return the parts of the field as stated, before the fit.

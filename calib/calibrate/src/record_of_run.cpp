@@ -21,11 +21,11 @@ double magnitude_of(const PreparedRun& run) {
   return describe_field(run.experiment().table, run.parts()).magnitude;
 }
 
-// Copies the fitted vectors of the field's parts, and the sum of the vectors at level 1, to
-// `field`.
+// Copies the fitted vectors of the field's parts to `field`, and the sum of these vectors with all
+// parts at level 1.
 void put_field(const TableField& fitted, FieldDescription& field) {
   if (!fitted.has_vectors()) {
-    field.in_table.reset();  // the readings state their fields
+    field.in_table.reset();  // each reading has its own stated field
     return;
   }
   for (std::size_t p = 0; p < field.parts.size(); ++p) {

@@ -9,7 +9,7 @@
 namespace axiscal {
 
 /// Estimates the scatter due to each cause (blocks, seats, ...) and adds it to the uncertainty of a
-/// fit. A fit by method magnitude is not changed. For method faces, bias and scale are also
+/// fit. A fit by method `magnitude` is not changed. For method `faces`, bias and scale are also
 /// computed from the field's magnitude on the six faces.
 [[nodiscard]] CountedEstimate counted_scatter(const PreparedRun& run,
                                               const FittedRun& fit,

@@ -74,8 +74,8 @@ void note_readings_without_weight(Calibration& calibration) {
   }
 }
 
-// For method paired, adds a note if the averages of opposite readings leave fewer than 5 degrees of
-// freedom and method joint would leave more than twice as many.
+// For method `paired`, adds a note if the averages of opposite readings leave fewer than 5 degrees
+// of freedom and method `joint` would leave more than twice as many.
 void note_few_averages(Calibration& calibration) {
   constexpr double few = 5.0;
   const FitStatistics& statistics = *calibration.fit.statistics;
@@ -242,7 +242,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
   const FieldDescription& found = calibration.sensor.field;
   for (const FieldDescription& part : found.as_parts()) {
     const FieldKind& kind = field_kind(part.kind);
-    // Two axes that were turned in a plane measure only the field's component in the plane.
+    // An instrument with two axes that was rotated only in a plane measures only the field's
+    // component in this plane.
     const bool is_in_plane = method_kind(calibration.fit.method).by_magnitude &&
                              calibration.sensor.instrument.axis_count() == 2;
     if (!part.free_length && !is_in_plane &&
@@ -312,7 +313,8 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
     const double ratio =
         calibration.sensor.response.sensitivity.row(k).norm() / std::abs(*expected);
     const double off = std::abs(ratio - 1.0);
-    // A partial design may not determine the sensitivity to the axis's nominal component.
+    // Some partial designs do not determine the sensitivity of an axis to the field's component
+    // along its nominal direction.
     const std::optional<int> own = nominal_axis(calibration.sensor.instrument, k);
     const bool is_seen = !own || !calibration.fit.statistics ||
                          !std::isnan(calibration.fit.statistics->sensitivity_se(k, *own));

@@ -25,9 +25,9 @@ void note_weights(const Experiment& experiment,
                   const Observations& observations,
                   Calibration& calibration);
 
-/// If the magnitude of the field is impossible on the Earth, adds a warning that refuses the
-/// record. Adds notes if the unit of the magnitude was inferred, or if no field is stated and its
-/// magnitude is taken as 1.
+/// If the stated magnitude of the field is impossible on the Earth, adds a warning, and the
+/// calibration is refused. Adds notes if the unit of the magnitude was inferred, or if neither
+/// magnitude nor site is stated and the magnitude is therefore taken as 1.
 void remark_on_magnitude(const Experiment& experiment, Calibration& calibration);
 
 /// If the magnitude is the length of the stated vector, adds a note, because the vector may be

@@ -49,7 +49,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   residuals.reserve(observations.readings.size());
   Eigen::VectorXd v;
   Eigen::VectorXd left;
-  // If the instrument has two axes and was turned in a plane, this matrix converts readings to the
+  // If the instrument has two axes and was rotated in a plane, this matrix converts readings to the
   // field in that plane. For other instruments it is empty.
   const Eigen::MatrixXd in_plane =
       method_kind(calibration.fit.method).by_magnitude && !has_magnitude ? inverse

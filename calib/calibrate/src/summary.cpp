@@ -264,7 +264,7 @@ class Summary {
       const std::string& unit = c_.sensor.instrument.unit;
       text_ += formatted("noise of a reading (standard deviation): {}{}\n", joined(noise),
                          unit == "1" ? "" : " " + unit);
-      if (!method_kind(c_.fit.method).by_length) {  // method faces does not determine the angles
+      if (!method_kind(c_.fit.method).by_length) {  // method `faces` does not determine the angles
         text_ +=
             formatted("angles of the axes to their nominal directions: {} degrees\n", joined(off));
       }

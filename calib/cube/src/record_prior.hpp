@@ -11,7 +11,7 @@ namespace axiscal {
 
 /// The uncertainty of a record's coefficients, and the quantities that scale it.
 struct RecordErrors {
-  // Covariance of b and S by axis, 4m x 4m; zero if the record states none.
+  // Covariance of the biases and sensitivities, axis by axis, 4m x 4m; zero if the record has none.
   Eigen::MatrixXd covariance;
   // Degrees of freedom of `covariance`, summed over the axes; 0: infinite.
   double degrees_of_freedom = 0.0;

@@ -42,7 +42,7 @@ Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
   return T;
 }
 
-// Returns the combinations of the 12 tangents (12 x 9) that do not turn the cube as a whole. They
+// Returns the combinations of the 12 tangents (12 x 9) that do not rotate the cube as a whole. They
 // keep the sum of e_r cross n_r over the faces r at 0, where e_r is the nominal and n_r the actual
 // normal.
 Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T) {
@@ -69,7 +69,7 @@ Factor factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names)
 
 }  // namespace
 
-// The columns of the fit's parameters in the Jacobian.
+// States which columns of the Jacobian belong to which parameters of the fit.
 struct SolidFit::Layout {
   Eigen::Matrix<double, 12, 9> gauge;
   Eigen::Matrix<double, 18, 12> tangents;
@@ -129,7 +129,7 @@ SolidState SolidFit::start() const {
   for (const RecordPrior& prior : priors_) {
     state.shift.emplace_back(Eigen::VectorXd::Zero(prior.root.cols()));
   }
-  // For each reference, the outward normals computed from its readings, in the frame `sensor`.
+  // For each reference, the outward face normals in the sensor's frame, computed from its readings.
   std::vector<std::map<Face, Eigen::Vector3d>> seen;
   for (const SolidReference& reference : references_) {
     const auto [inverse, rank] = pseudo_inverse_with_rank(reference.calibrated.sensitivity);
@@ -154,8 +154,8 @@ SolidState SolidFit::start() const {
     state.bias.push_back(reference.calibrated.bias);
     state.scale.emplace_back(Eigen::VectorXd::Ones(reference.calibrated.bias.size()));
   }
-  // Generalised Procrustes fit: alternates between the mounts for given normals and the normals for
-  // given mounts.
+  // Generalised Procrustes fit: alternately fits the mounts with the normals held constant, and the
+  // normals with the mounts held constant.
   for (int round = 0; round < 10; ++round) {
     FaceNormals sum;
     sum.fill(Eigen::Vector3d::Zero());
@@ -246,7 +246,7 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
                                    const Layout& layout,
                                    const std::vector<double>& sigma) const {
   // Computes the derivative of each seat's rotation with respect to each tangent by central
-  // differences. If the cube has feet, its turn towards the fence has no simple formula. The
+  // differences. If the cube has feet, its heading at the fence has no simple formula. The
   // differences are accurate, because the rotations are smooth functions of the normals.
   constexpr double step = 1e-5;
   const Positioner cube = positioner_of(state.normals);

@@ -19,8 +19,8 @@ struct SolidReference {
   std::string slot;
   std::vector<Reading> readings;
   Eigen::MatrixXd response;   // n x m
-  LinearResponse calibrated;  // b and S of the instrument's record
-  // Covariance of b and S by axis, 4m x 4m; zero if the record states none.
+  LinearResponse calibrated;  // biases and sensitivities of the record
+  // Covariance of the biases and sensitivities, axis by axis, 4m x 4m; zero if the record has none.
   Eigen::MatrixXd covariance;
   double calibration_dof = 0.0;  // degrees of freedom of `covariance`; 0: infinite
   double F = 1.0;                // magnitude of the field at level 1
@@ -68,7 +68,8 @@ struct SolidSolution {
 class SolidFit {
  public:
   /// @param references  the readings; must outlive the fit.
-  /// @param drawing     the cube of the drawing. If it has feet, they turn with the fitted normals.
+  /// @param drawing     the cube of the drawing. If it has feet, the feet of each face
+  ///                    are rotated to its fitted normal.
   SolidFit(const std::vector<SolidReference>& references,
            const Positioner& drawing,
            bool free_bias_and_scale);
@@ -76,7 +77,7 @@ class SolidFit {
   /// @throws RefusedError, RankDeficientError  if the readings do not determine the cube.
   [[nodiscard]] SolidSolution solve() const;
 
-  /// @return the drawing with these face normals.
+  /// @return the positioner of the drawing with its face normals replaced by `normals`.
   [[nodiscard]] Positioner positioner_of(const FaceNormals& normals) const;
 
  private:

@@ -110,7 +110,7 @@ void require_robust_freedom(double degrees_of_freedom) {
 
 namespace {
 
-// Sums over readings with the same number, for example the consecutive readings in one pose.
+// Sums over the readings of one group, for example the consecutive readings in one pose.
 struct ReadingSums {
   double weight = 0.0;
   double residual = 0.0;  // sum of weight times residual
@@ -305,7 +305,7 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
   const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
   const auto key_of = [&](std::size_t i) {
     const Reading& reading = set.readings[i];
-    // For method magnitude, readings may have neither point nor field; their groups are not used.
+    // For method `magnitude`, readings may have neither point nor field; their groups are not used.
     const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
     // If the temperature changes continuously, no two readings are repeats.
     const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);

@@ -307,7 +307,7 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
 }
 
 // Includes two errors of a long sweep in the uncertainty: consecutive readings are correlated, and
-// the biases differ between the way up and the way down.
+// the biases at rising temperature differ from those at falling temperature.
 // @param places  indices of the polynomial's coefficients among the parameters of an axis.
 void add_sweep_scatter(const ReadingSet& set,
                        const std::vector<Eigen::Index>& places,

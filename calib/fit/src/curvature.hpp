@@ -22,10 +22,10 @@ struct CurvatureFit {
 };
 
 /// Tests whether the axes' responses are curved, by an F test of the columns f_k^2. The fits use
-/// the variances given to the constructor in general. If a ratio of the variances is stated, or if
-/// the residuals agree with equal variances of all axes, the variances are estimated from all axes
-/// together. This estimate comes from the fit with the columns f_k^2, because a curved response
-/// would increase the residuals of the fit without them.
+/// the variances given to the constructor, with one exception: if a ratio of the variances is
+/// stated, or if the residuals agree with equal variances of all axes, the variances are estimated
+/// from all axes together. This estimate comes from the fit with the columns f_k^2, because a
+/// curved response would increase the residuals of the fit without them.
 class CurvatureFTest {
  public:
   /// @param layings      means over consecutive readings at one design point; must outlive this

@@ -53,8 +53,8 @@ Noise noise_of(const FitStatistics& statistics) {
 }
 
 // Returns the probability that the measured magnitudes of the field scatter this much by chance. If
-// the noise was estimated from the residuals, it includes the deviations of the magnitudes. The
-// deviations are then compared with the other part of the residuals.
+// the noise was estimated from the residuals, the residuals include the deviations of the
+// magnitudes. These deviations are then compared with the rest of the residuals.
 double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) {
   const double rest = noise.degrees_of_freedom - own_dof;
   if (noise.by_repeats || !noise_alone || !(rest >= 1.0)) {
@@ -91,7 +91,8 @@ LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
   const ReadingSet& set = setup.set;
   const Eigen::Index n = set.size();
   LengthScatter scatter;
-  // Derivatives of the magnitudes with respect to the readings in units of their noise.
+  // Derivatives of the magnitudes with respect to the readings. The unit of each reading is the
+  // standard deviation of its noise.
   Eigen::MatrixX3d A(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -180,8 +181,8 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   if (!(expected > 0.0)) {
     return std::nullopt;
   }
-  // Satterthwaite's degrees of freedom: a scaled chi^2 distribution with the mean and variance of
-  // the sum of squares.
+  // Satterthwaite's approximation: the degrees of freedom of the scaled chi^2 distribution that has
+  // the mean and the variance of the sum of squares.
   const double own_dof = expected * expected / scatter.of_square;
   const double F = field.magnitude();
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(set.size())) / F; };

@@ -77,9 +77,9 @@ class GeneralizedFit {
     }
   }
 
-  // Estimates from a fit without seats whether the seats' variance could exceed the final limit of
-  // 1.6 standard errors. In the fit with seats the standard errors are larger, so this is only a
-  // first check.
+  // Returns true if the variance of the cube's rotation at its seats could exceed the final limit
+  // of 1.6 standard errors. This first check uses a fit without the rotation, in which the standard
+  // error is smaller.
   [[nodiscard]] bool may_see_seats() {
     constexpr double clearly_less = 0.5;
     const Eigen::Index m = set_.axis_count();
@@ -90,10 +90,11 @@ class GeneralizedFit {
   }
 
   // Estimates the variances, the coefficients and the field in rounds until they converge.
-  // @param seats_at_least  least degrees of freedom of the seats' variance; 0: no limit. If a round
-  //                        finds fewer, the search ends, because later rounds hardly change them.
-  // @return false if the readings do not determine the fit, or if the seats' variance has fewer
-  //         degrees of freedom.
+  // @param seats_at_least  lower limit for the degrees of freedom of the variance of the cube's
+  //                        rotation at its seats; 0: no limit. The search ends at the first round
+  //                        below the limit, because later rounds hardly change this number.
+  // @return false if the readings do not determine the fit, or if the degrees of freedom are below
+  //         seats_at_least.
   bool solve(double seats_at_least = 0.0) {
     const Eigen::Index m = set_.axis_count();
     constexpr int most_rounds = 30;
@@ -134,7 +135,8 @@ class GeneralizedFit {
     return true;
   }
 
-  // Tests for curvature of the axes, by columns f_k^2. f_k is the initial field along axis k.
+  // Tests for curvature of the axes by adding the columns f_k^2 to the fit. f_k is the initial
+  // field along axis k.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const Fit run = about_field();
     CurvatureFTest test(layings_, !run_.known_field(), run.column_count(), variances_);
@@ -157,8 +159,9 @@ class GeneralizedFit {
     return seats_ ? std::sqrt(variances_(set_.axis_count())) : 0.0;
   }
 
-  // Returns true if the variance of the seats has more than the given degrees of freedom. The
-  // variance theta with the standard error u has 2 (theta / u)^2 degrees of freedom.
+  // Returns true if the variance of the cube's rotation at its seats has more than the given
+  // degrees of freedom. A variance theta with the standard error u has 2 (theta / u)^2 degrees of
+  // freedom.
   [[nodiscard]] bool sees_seats(double degrees_of_freedom) const {
     return seat_sd() > 0.0 &&
            fit_->component_degrees_of_freedom(set_.axis_count()) > degrees_of_freedom;
@@ -360,7 +363,8 @@ bool looks_for_seats(const Experiment& experiment,
       !estimate.field.has_vectors() || set.axis_count() < 2 || set.field.is_sum()) {
     return false;
   }
-  // Rounding errors are not noise, so the seats cannot be separated from rounding.
+  // If the readings are coarsely rounded, rotations at the seats cannot be distinguished from
+  // rounding errors.
   return experiment.fit.seats == SeatSetup::fit ||
          (layings.set().size() >= fewest && layings.set().size() <= most &&
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));

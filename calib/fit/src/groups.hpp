@@ -16,7 +16,7 @@ namespace axiscal {
 /// members; the members of a group are in ascending order.
 class Groups {
  public:
-  /// The number of a member that is in no group.
+  /// The group number of a member that is in no group.
   static constexpr int none = -1;
 
   /// @param key_of  function that returns the key of member i; the key has == and <.

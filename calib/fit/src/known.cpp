@@ -113,7 +113,8 @@ MethodFit known_method() {
   return {.method = Method::known, .fitted = fitted_known};
 }
 
-// Returns the fit by the stated faces. fit_face_lengths() later replaces its result.
+// Returns method faces. Its fit takes the stated faces as exact; fit_face_lengths() later replaces
+// the result.
 MethodFit faces_method() {
   return {.method = Method::faces, .fitted = fitted_known};
 }

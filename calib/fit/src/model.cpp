@@ -203,8 +203,8 @@ Place Model::start(TableField field) const {
   return place;
 }
 
-// Returns the readings with the temperature scales and the mounts' rotations of a place; nullopt if
-// the place has neither.
+// Returns the readings with the temperature scales and the mounts' rotations of `place`; nullopt if
+// `place` has neither.
 std::optional<ReadingSet> Model::readings_at(const Place& place) const {
   if (place.scale.size() == 0 && place.mounts.empty()) {
     return std::nullopt;

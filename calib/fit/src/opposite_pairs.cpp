@@ -37,8 +37,8 @@ WeightedMean mean_of(const ReadingSet& set, std::span<const std::size_t> rows, E
   return mean;
 }
 
-// Returns the mean over the readings of the matrices that convert the field in the table's frame to
-// the field in the sensor's frame.
+// Returns the matrix that converts the field from the table's frame to the sensor's frame, averaged
+// over the readings.
 Eigen::Matrix3d mean_met(const ReadingSet& set, std::span<const std::size_t> rows) {
   if (set.field_then.empty()) {
     return set.met_of_field(rows.front());
@@ -63,8 +63,8 @@ struct PlaneFit {
   Eigen::Index rows = 0;
 };
 
-// The half differences of the pairs with one rest face in one block. They are consecutive rows of
-// `Differences`.
+// The half differences of all pairs of a block that have the same rest face. They are consecutive
+// rows of `Differences`.
 struct FaceDifferences {
   const OppositePair* pair = nullptr;  // the first pair of the face
   Eigen::Index first = 0;
@@ -186,7 +186,7 @@ double sample_sd(const std::vector<LevelnessEstimate>& estimates, double Levelne
   return n < 2.0 ? not_a_number : std::sqrt(sum / (n - 1.0));
 }
 
-// Groups of faces. The faces of a group have the same slope of the table.
+// Groups of faces. The slope of the table is the same for all faces of a group.
 using FacesByLevel = std::vector<Faces>;
 
 // The fitted slopes, one for each group of faces.

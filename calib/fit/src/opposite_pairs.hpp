@@ -22,8 +22,8 @@ struct OppositePair {
   std::size_t levelness = 0;            // index of the table's slope, from ReadingSet::tilt_of()
   std::span<const std::size_t> first;   // indices of the readings at `point`
   std::span<const std::size_t> second;  // indices of the readings with the opposite fence face
-  // The next three have m entries each; they are empty if averages were not computed. v_a and v_b
-  // are the mean readings of `first` and `second`; w_a and w_b are the sums of their weights.
+  // The next three members have m entries each; they are empty if averages were not computed. v_a
+  // and v_b are the mean readings of `first` and `second`; w_a and w_b are the sums of the weights.
   Eigen::Map<const Eigen::VectorXd> mean{nullptr, 0};             // (v_a + v_b) / 2
   Eigen::Map<const Eigen::VectorXd> half_difference{nullptr, 0};  // (v_a - v_b) / 2
   // The weight of `mean`: 4 / (1/w_a + 1/w_b).

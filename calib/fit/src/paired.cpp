@@ -118,7 +118,7 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
   return row;
 }
 
-// Returns the data of the axes from `first` on, as far as they have the same columns and weights.
+// Returns the data of axis `first` and of the following axes with the same columns and weights.
 AxesData axes_data(const ReadingSet& set,
                    const Pooled& pooled,
                    Eigen::Index first,
@@ -183,7 +183,7 @@ Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   return estimates;
 }
 
-// Returns the field turned by the measured slope. Its magnitude remains F.
+// Returns the field, rotated by the measured slope. Its magnitude remains F.
 TableField turned_by(const Levelness& levelness, double F, const TableField& field) {
   std::vector<Eigen::Vector3d> turned;
   for (std::size_t s = 0; s < field.size(); ++s) {

@@ -15,8 +15,9 @@
 namespace axiscal {
 namespace {
 
-// Returns the standard deviations for weights. A few equal samples have the standard deviation 0,
-// which is not credible. The median of the axis's positive standard deviations replaces it.
+// Returns the standard deviations from which the weights are computed. A few equal samples have the
+// standard deviation 0, which is not credible. It is replaced by the median of the axis's positive
+// standard deviations.
 Eigen::MatrixXd positive_sd(Eigen::MatrixXd sd) {
   if (!(sd.array() >= 0.0).all()) {
     throw RefusedError("weights 'sd': a standard deviation in a column AXIS_sd is negative");

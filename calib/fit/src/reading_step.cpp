@@ -85,7 +85,7 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     double step = gap / part;
     const double count_of_first = in_gaps * part;
     const double off = std::abs(count_of_first - nearest(count_of_first)) * step;
-    constexpr double safely = 8.0;  // so wide that no step that passes the test below is excluded
+    constexpr double safely = 8.0;  // margin; excludes no step that would pass the test below
     if (off > safely * (4.0 * tolerance + 8.0 * count_of_first * tolerance / part)) {
       continue;
     }

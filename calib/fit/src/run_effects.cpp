@@ -53,8 +53,8 @@ Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
 
 namespace {
 
-// The largest number of small blocks. If there are more, the block numbers do not mark repeated
-// readings but number the readings in another way, and blocks are ignored.
+// The largest number of small blocks. If there are more, the block numbers probably do not mark
+// repeated readings, and blocks are ignored.
 constexpr std::size_t most_small_blocks = 12;
 
 // Adds a column for each block with few readings, after the columns of the other blocks.
@@ -184,7 +184,7 @@ RunEffects run_effects(const std::vector<Reading>& readings,
   }
   // A block with few readings contains repeated readings. It gets its own bias, which is not part
   // of the scatter of the blocks' biases.
-  std::map<int, Eigen::Index> small;  // number of each small block, and its column
+  std::map<int, Eigen::Index> small;  // block number and column index of each small block
   std::erase_if(seen, [&](const auto& one) {
     const bool is_small = one.second.readings.minCoeff() < fewest_readings_of_block;
     if (is_small) {
@@ -203,7 +203,7 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     if (seen.size() == 1) {
       effects.shift_of_block.resize(1, 0);
     } else if (seen.size() <= most_block_columns) {
-      // Two blocks can differ only by a trend, so the trend is kept.
+      // With two blocks, the only contrast is a linear trend, so the trend is not removed.
       effects.shift_of_block = contrasts(at, effects.has_drift && at.size() > 2);
     } else {
       effects.shift_of_block.resize(at.size(), 0);
@@ -258,8 +258,8 @@ Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
     return columns;
   }
   // The position of a reading relative to the run, from -1/2 to 1/2 within the run. It is computed
-  // from the times. Without times, it is computed from the index of the run number in the sorted
-  // run numbers of the run.
+  // from the times. Without times, it is computed from the reading's place among the sorted run
+  // numbers.
   const bool timed =
       std::all_of(run.begin(), run.end(), [](const Reading& r) { return r.time_s; }) &&
       std::all_of(others.begin(), others.end(), [](const Reading& r) { return r.time_s; });

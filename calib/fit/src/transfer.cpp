@@ -191,8 +191,8 @@ void drop_unobserved_parameters(const Eigen::Matrix3Xd& seen, Calibration& calib
                        "perpendicular to it is not known, and is taken as 0",
                        seen.cols() == 1 ? "line" : "plane", axes.size() == 1 ? "axis" : "axes",
                        joined(axes))
-           : formatted("the fields of the readings have no component along the directions of {}: "
-                       "these sensitivities are not known, and are taken as 0",
+           : formatted("the sensitivities {} are unknown and are taken as 0, because the field has "
+                       "no component in their direction in any reading",
                        joined(lost))});
 }
 

@@ -53,7 +53,7 @@ Direction direction_of(const Calibration& accelerometer,
 }
 
 // Computes the derivative of a cube's attitude C with respect to the face normals, as the rotation
-// vector of dC C^T. It is found from the changes of the table's three axes by dC.
+// vector of dC C^T. The rotation vector is computed from the changes of the table's three axes.
 Eigen::Matrix3Xd attitude_errors(const Positioner& positioner,
                                  const Eigen::Matrix3d& rotation_sensor_from_positioner,
                                  const DesignPoint& point,
@@ -124,8 +124,8 @@ void set_earth_rotation(const std::optional<Site>& site,
 
 namespace {
 
-// Tests whether the biases at the rests drift over the log, and whether the biases of consecutive
-// rests are correlated. If so, the result is the biases in the middle of the log, and their
+// Tests whether the biases drift over the log, and whether the biases of consecutive periods of
+// rest are correlated. If so, the result is the biases in the middle of the log, and their
 // covariance includes the drift or the correlation.
 void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   const Eigen::Index n = means.rows();
@@ -181,8 +181,9 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   }
 }
 
-// Estimates the standard deviation of the bias from rest to rest, which drift, warm-up or attitude
-// may cause. It is at most the scatter of the rests, which also includes noise.
+// Estimates the standard deviation of the change of the bias between periods of rest. Drift,
+// warm-up or the attitude may cause this change. The estimate is at most the scatter of the mean
+// readings at rest, which also includes noise.
 void compare_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& mean_u, RestFit& fit) {
   constexpr double coverage = 0.95;
   const auto left = static_cast<double>(means.rows() - 1);

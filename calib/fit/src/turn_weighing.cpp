@@ -24,8 +24,8 @@ constexpr Eigen::Index parameters = 12;
 constexpr double as_good_as_infinite = 1e6;  // degrees of freedom that stand for infinity
 
 // Returns a matrix that selects the components of a turn's residual that contain information. If
-// the seats of the cube before and after the turn are known, all three do. Otherwise the two
-// components perpendicular to the vertical do.
+// the cube's orientations before and after the turn are known, all three components do. Otherwise
+// only the two components perpendicular to the vertical do.
 Eigen::Matrix3d informative_rows(const GyroscopeTurn& turn) {
   if (turn.rotation_before_from_after) {
     return Eigen::Matrix3d::Identity();
@@ -52,8 +52,8 @@ struct SharedErrors {
 };
 
 // Computes the effect of errors of the Earth's rotation on the residuals. The heading is unknown.
-// If a turn begins at the rest where the previous turn ended, the attitude continues. Otherwise a
-// new unknown heading begins.
+// If a turn begins in the period of rest in which the previous turn ended, its heading follows from
+// the previous turn. Otherwise its heading is a new unknown.
 SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& options) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index chains =
@@ -83,8 +83,8 @@ SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& o
           .columns = columns.rightCols(columns.cols() - (options.earth_up_u > 0.0 ? 0 : 1))};
 }
 
-// Computes the effect of errors at the rests on the residuals. They are errors of the measured
-// directions or of the cube's face normals.
+// Computes the effect of errors of the attitudes at rest on the residuals. These are errors of the
+// measured directions or of the cube's face normals.
 SharedErrors errors_at_rests(const TurnSystem& system) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index parts = system.turns.front().errors_before.cols();
@@ -315,7 +315,7 @@ class TurnWeighing {
            .covariance = by_bias,
            .degrees_of_freedom = std::min(rests_.degrees_of_freedom, as_good_as_infinite)});
     }
-    // The component "rests" is the change of the bias from rest to rest.
+    // The component "rests" is the change of the bias between periods of rest.
     Eigen::MatrixXd by_rest = Eigen::MatrixXd::Zero(parameters, parameters);
     if (bias_columns_ > 0 && rests_.between_rests.maxCoeff() > 0.0) {
       for (Eigen::Index k = 0; k < 3; ++k) {

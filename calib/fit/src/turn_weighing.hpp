@@ -51,8 +51,9 @@ struct WeighedTurns {
                                        const TurnFitOptions& options,
                                        double start_sd_rad);
 
-/// @return the rests with a reduced between_rests. The largest effect that the Earth's rotation can
-///         have on it is removed, because the actual effect depends on the unknown heading.
+/// @return `rests` with a smaller between_rests. The largest contribution that the Earth's rotation
+///         can make to between_rests is subtracted, because the actual contribution depends on the
+///         unknown heading.
 /// @param B  the inverse of the sensitivity [rad/s per unit].
 [[nodiscard]] RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B);
 

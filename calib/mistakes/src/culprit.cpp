@@ -273,8 +273,8 @@ MistakeSearch find_culprit(const ReadingSet& set,
     const ReadingSet judged = means_of(average_layings(*without_shared_errors, estimate));
     return find_culprit(means, estimate, known_field, &judged);
   }
-  // A wrongly stated direction of the field is not a mistake in a reading. If opposite readings
-  // show that the stated direction is wrong, the direction is fitted instead.
+  // A wrongly stated direction of the field is not a mistake in a reading. If readings in opposite
+  // positions of the cube show that the stated direction is wrong, the direction is fitted instead.
   const bool stated = known_field && !estimate.levelness;
   if (without_shared_errors != nullptr) {
     SuspectRun run(*without_shared_errors, estimate, stated);

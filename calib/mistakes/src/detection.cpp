@@ -103,8 +103,8 @@ double nested_p(const SuspectRun& run, const HypothesisFit& with) {
                      : 1.0;
 }
 
-// Returns the p-value of nested F tests, one for each axis, that Fisher's method combines. Each
-// axis has a separate scatter.
+// Returns the p-value of nested F tests, one for each axis, combined by Fisher's method. Each axis
+// has a separate scatter.
 double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   if (!with.fitted) {
     return 1.0;
@@ -184,9 +184,9 @@ struct Unlikely {
 };
 
 // Returns at most `most` readings: those that fit the other readings worst, the worst first. Each
-// reading is compared with a fit without it. This fit is not made: its residual follows from the
-// residual and the leverage in the fit of all readings. The result is exact except for the weights
-// of the axes, which come from all readings.
+// reading is compared with a fit without it. This fit is not computed: the residual relative to it
+// follows from the reading's residual and leverage in the fit of all readings. The result is exact
+// except for the weights of the axes, which come from all readings.
 std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
                                         const HypothesisFit& fit,
                                         std::size_t most) {

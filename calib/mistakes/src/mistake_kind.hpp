@@ -114,9 +114,9 @@ void add_mistake_kind(const MistakeKind& kind);
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
 /// Returns nested_f_p() for the residuals perpendicular to the field of each reading, or 0 if the
-/// run has fewer than 3 axes. If the cube's seat varies from reading to reading, these residuals
-/// scatter more than the residuals along the field. A turn of the table also changes only the
-/// perpendicular residuals, so only these test for a turn of the table.
+/// run has fewer than 3 axes. If the cube's orientation varies randomly between readings, these
+/// residuals scatter more than the residuals along the field. A rotation of the table also changes
+/// only the perpendicular residuals, so only they are used in the test for such a rotation.
 [[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
 /// @return a correction with this code and the run numbers of these readings.

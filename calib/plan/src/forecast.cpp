@@ -180,7 +180,8 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
   const SensitivityMatrix& S = setup.nominal.response.sensitivity;
   const Eigen::Vector3d in_table = field_in_table(setup);
   // Each matrix has the effect of one kind of error on all readings. `sizes` is for errors of the
-  // field's magnitude, and `seats` for turns of the cube, separately for each reading.
+  // field's magnitude, and `seats` for rotations of the cube. Both have separate columns for each
+  // reading.
   Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(n * m, n);
   Eigen::MatrixXd seats = Eigen::MatrixXd::Zero(n * m, 3 * n);
   Eigen::MatrixXd gains = Eigen::MatrixXd::Zero(n * m, m);

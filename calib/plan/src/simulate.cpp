@@ -88,9 +88,9 @@ SimulatedRun simulate_run(const SensorModel& truth,
                           const SimulationOptions& options,
                           RandomStream& random) {
   check_simulation(truth, options);
-  // In a sum of fields, a part with its source on the table is not turned, because the source turns
-  // with the table. A single field is always turned, as if the lamp or coil stood in another
-  // position.
+  // The slope and the azimuth of the fence do not rotate a part of a sum of fields whose source is
+  // on the table, because the source moves with the table. A single field is always rotated, even
+  // if its source, a lamp or a coil, is on the table.
   const Eigen::Matrix3d turned = rotation_sloping_from_level(options.slope) *
                                  rotation_table_from_enu(options.fence_azimuth_rad);
   const bool is_sum = !truth.field.parts.empty();

@@ -147,8 +147,8 @@ class Trial {
                                     : std::nullopt;
   }
 
-  // Draws the true field with random errors, from the stated uncertainties of its direction and
-  // magnitude.
+  // Adds random errors to the true field, according to the stated uncertainties of its direction
+  // and magnitude.
   void draw_field(const Experiment& experiment) {
     Eigen::Vector3d& field = *truth_.field.in_table;
     field *= 1.0 + experiment.field.magnitude_u / truth_.field.magnitude * random_.normal();
@@ -192,7 +192,7 @@ class Trial {
   }
 
   const StudySetup& setup_;
-  SensorModel truth_;  // the truth with the field that draw_field() drew
+  SensorModel truth_;  // the truth with the random field errors from draw_field()
   RandomStream random_;
   RandomStream sheet_random_;  // draws the order of the readings
   RandomStream noise_random_{0};

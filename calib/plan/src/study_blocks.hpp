@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// @return the zero-based numbers of a shard's blocks. Shard I of N runs every N-th block, starting
+/// @return the zero-based indices of a shard's blocks. Shard I of N runs every N-th block, starting
 ///         with the I-th.
 [[nodiscard]] inline std::vector<std::int64_t> blocks_of_shard(const Study& study,
                                                                const Shard& shard) {

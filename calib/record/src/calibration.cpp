@@ -39,7 +39,7 @@ void require_unrefused(const Calibration& calibration, Force force) {
 }
 
 bool gives_field(const Calibration& calibration) {
-  // A record of method bias has sensitivity parameters only if another record gave them.
+  // A record of method `bias` has sensitivity parameters only if they come from another record.
   return method_kind(calibration.fit.method).fits_sensitivity ||
          (calibration.fit.statistics &&
           calibration.fit.statistics->position_of(calibration.sensor.instrument.axes.front() +

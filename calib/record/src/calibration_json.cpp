@@ -18,7 +18,7 @@ namespace axiscal {
 namespace {
 
 // Each function members() reads or writes the members of a struct, in the order of the file. A
-// member that follows from other members is written but not read.
+// member that can be computed from other members is written but not read.
 
 void members(JsonMembers& io, OrientationQuality& quality) {
   io.number("fit_error", quality.fit_error);
@@ -441,8 +441,8 @@ void members(JsonMembers& io, FieldSizeCheck& check) {
   io.number("p_value", check.p_value);
 }
 
-// Reads or writes a confirmation. The member `readings` is the number of readings, and `details`
-// contains the result of each reading.
+// Reads or writes the result of testing the fit with readings that were not fitted. The member
+// `readings` is the number of these readings, and `details` contains the result of each reading.
 void members(JsonMembers& io, Confirmation& confirmation, Eigen::Index m) {
   if (!io.reads()) {
     io.put("readings", confirmation.readings.size());

@@ -113,7 +113,7 @@ class Table {
     if (const std::optional<int> number = parse_integer(text(column))) {
       return *number;
     }
-    // Accepts 1.0 for 1, because spreadsheets and data frames write whole numbers so.
+    // Accepts 1.0 for 1, because spreadsheets and data frames may write whole numbers like this.
     const std::optional<double> number = parse_number(text(column));
     constexpr double largest = 2147483647.0;
     if (!number || *number != std::floor(*number) || std::abs(*number) > largest) {
@@ -382,7 +382,7 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
     if (columns.pitch || columns.roll || has_labels || is_own) {
       continue;
     }
-    // The only angle is the roll if the instrument has only an axis y. Otherwise it is the pitch.
+    // A single tilt angle is the roll if the instrument's only axis is y, and otherwise the pitch.
     const bool rolls = axes.size() == 1 && (axes.front() == "y" || axes.front() == "Y");
     (rolls ? columns.roll : columns.pitch) = table.find(angle.name);
     columns.angle_in_rad = angle.in_rad;

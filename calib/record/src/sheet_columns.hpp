@@ -69,7 +69,7 @@ class SheetColumns {
 
   [[nodiscard]] std::vector<std::string> cells(const Reading& reading) const {
     std::vector<std::string> cells = {std::to_string(reading.run), std::to_string(reading.block)};
-    if (with_point_) {  // empty for a reading without a design point
+    if (with_point_) {  // a reading without a design point gets empty cells
       cells.emplace_back(reading.point ? face_name(reading.point->rest()) : "");
       cells.emplace_back(reading.point ? face_name(reading.point->fence()) : "");
     }

@@ -153,7 +153,7 @@ VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient,
         {.variance = share,
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
-  // In method joint, all axes share the error of the fitted field direction, so the shares of the
+  // In method `joint`, all axes share the error of the fitted field direction, so the shares of the
   // axes do not add up to the whole variance. One factor scales all shares so that they do.
   const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {

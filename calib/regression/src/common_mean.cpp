@@ -34,7 +34,7 @@ CommonMean common_mean(const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
   result.between = std::sqrt(low);
   result.u = std::sqrt((w * (x.array() - result.mean).square()).sum() / (left * w.sum()));
   result.u_within = 1.0 / std::sqrt(u.array().square().inverse().sum());
-  // Minus the expected derivative of the weighted sum of squares with respect to tau^2.
+  // `slope` is minus the expected derivative of the weighted sum of squares with respect to tau^2.
   const double slope = w.sum() - w.square().sum() / w.sum();
   result.between_degrees_of_freedom = std::max(1.0, low * low * slope * slope / left);
   return result;

@@ -86,7 +86,7 @@ bool PositiveFactor::is_determined(double open_below) const {
 
 Eigen::MatrixXd PositiveFactor::solve(const Eigen::MatrixXd& right) const {
   Eigen::MatrixXd solution = parts_->per_length.asDiagonal() * right;
-  // for small matrices, faster than solving for all columns at once
+  // For small matrices, a loop over the columns is faster than one solution for all columns.
   for (auto column : solution.colwise()) {
     parts_->cholesky.solveInPlace(column);
   }

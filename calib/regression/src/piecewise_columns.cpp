@@ -26,8 +26,9 @@ std::vector<Eigen::Index> places_in(const Which& which) {
   return places;
 }
 
-// Row k of each unit in which this row is not zero. `places` contains the indices of these rows in
-// the whole matrix, and W contains their values in selected columns.
+// The nonzero rows among the rows number k of all units; a unit is a group of consecutive rows of
+// the whole matrix. `places` contains the indices of these rows in the whole matrix, and W contains
+// their values in selected columns.
 struct RowsOfUnits {
   std::vector<Eigen::Index> places;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> W;
@@ -140,8 +141,8 @@ std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
   return replaced;
 }
 
-// Divides the rows into pieces. A new piece begins at a unit that has a nonzero value in a column
-// that the present piece does not use. The present piece must have at least fewest_units units.
+// Divides the rows into pieces. If the current piece has at least fewest_units units, a new piece
+// begins at the next unit that has a nonzero value in a column that the current piece does not use.
 std::vector<ColumnPiece> pieces_of(const Eigen::MatrixXd& W, Eigen::Index rows) {
   std::vector<ColumnPiece> pieces;
   Which used = Which::Constant(W.cols(), false);

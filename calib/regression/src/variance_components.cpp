@@ -174,8 +174,9 @@ class Likelihood {
       const Eigen::MatrixXd MK = (UCU) * (K);
       const Eigen::MatrixXd KVK = (K.transpose()) * (VK);
       const Eigen::MatrixXd KMK = (K.transpose()) * (MK);
-      // K contains the roots of all components. In `products`, the block with the rows of component
-      // Q and the columns of component R has the sum tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R).
+      // K contains the roots of all components. In `products`, the entries in the rows of component
+      // Q and the columns of component R add up to
+      // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R).
       const Eigen::MatrixXd products = KVK.cwiseProduct(KVK - 2.0 * KMK);
       for (std::size_t q = 0; q < count; ++q) {
         const Eigen::Index first = first_root_[q];

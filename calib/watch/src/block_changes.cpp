@@ -17,8 +17,8 @@ namespace {
 // of the variance that the noise of the readings causes.
 struct ParameterClass {
   FisherSum parameters;  // combines the p-values of the tests against the noise
-  // Combines one p-value for each parameter: the larger one of its tests against the noise and
-  // against the scatter between blocks.
+  // Combines one p-value for each parameter. It is the larger of two p-values: that of the test
+  // against the noise, and that of the test against the scatter between blocks.
   FisherSum by_one;
   double squares = 0.0;  // sum of the squared differences
   double scatter = 0.0;  // sum of the variances from the scatter between blocks
@@ -143,7 +143,7 @@ std::optional<double> p_of_block_changes(const Calibration& old,
           pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
       if (blocks.degrees_of_freedom > 0.0) {
         fewest = std::min(fewest, blocks.degrees_of_freedom);
-        // Variance of a single block's parameter from the noise alone.
+        // Variance of the parameter, if it is fitted to a single block, from the noise alone.
         const double unit = within * blocks.blocks;
         all.add_blocks(d * d * blocks.blocks / unit, blocks.mean_square / unit,
                        blocks.degrees_of_freedom, p_by_noise);

@@ -45,7 +45,7 @@ Pose& pose_of(std::vector<Pose>& poses, const Eigen::Vector3d& direction) {
                                                                         : poses.emplace_back();
 }
 
-// A part of the covariance of the poses' mean residuals, with its degrees of freedom.
+// One term of the covariance matrix of the poses' mean residuals, with its degrees of freedom.
 struct PosePart {
   Eigen::MatrixXd covariance;
   double degrees_of_freedom = 0.0;

@@ -55,8 +55,8 @@ Observations wanted_of(const Experiment& experiment, const Observations& observa
   return select_rows(observations, rows);
 }
 
-// Returns the standard deviation of the cube's turn about each axis when it is laid down [rad].
-// Returns 0 if the record does not separate this turn from other scatter.
+// Returns the standard deviation [rad], about each axis, of the variation of the cube's orientation
+// each time the cube is laid down; 0 if the record does not separate it from other scatter.
 double seat_scatter_rad(const Calibration& record) {
   for (const ScatterComponent& component : record.fit.statistics->components) {
     if (component.name == "seats" && component.sd.size() > 0) {
@@ -108,7 +108,7 @@ void add_changes_of_biases(const WeighedFit& shifted,
 // The readings minus the values that a record predicts for a field in the table frame.
 struct Deviations : Linearised {
   Eigen::VectorXd e;  // n m deviations, sorted by reading [unit]
-  // Derivative of the predictions with respect to a turn of the field [unit/rad].
+  // Derivative of the predictions with respect to a small rotation of the field [unit/rad].
   Eigen::MatrixXd A;
   Eigen::MatrixXd V;  // covariance of e, without the scatter of blocks
 };
@@ -182,7 +182,8 @@ class DirectionProblem {
     return e;
   }
 
-  // Adds the scatter of the readings and of the seats to V.
+  // Adds to V the scatter of the readings, and the scatter of the cube's orientation each time the
+  // cube is laid down.
   void add_scatter(const Eigen::Vector3d& field, Deviations& linear) const {
     const Eigen::Index n = observations_.size();
     const LinearResponse& response = record_.sensor.response;
@@ -260,7 +261,7 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_expanded_deg = not_a_number};
   const WeighedFit shifted = fit_weighed(at.e, with_biases, at.V);
   const Eigen::VectorXd& freedom = record.fit.statistics->degrees_of_freedom;
-  // The new readings form another block than the readings of the record. The offset of this block
+  // The new readings form a different block from those of the record. The offset of this block
   // has few degrees of freedom and the residuals have many, so the two are tested separately.
   std::vector<BlockScatter> blocks;
   for (const std::string& axis : sensor.instrument.axes) {

@@ -20,15 +20,15 @@
 #include "axiscal/logs/time_column.hpp"
 
 /// @file
-/// Reads raw recordings, finds the rests and turns of an instrument in them, and measures its
-/// noise.
+/// Reads raw recordings, finds in them when an instrument was at rest (a "rest") or was turned, and
+/// measures the noise of the instrument.
 ///
 /// LogFile reads a table in any layout, a flight log, a ROS bag or a phone's recording as one table
 /// of numbers. RecordingFile reads all series of such a file. TableText reads tables whose cells
 /// are text. segment() finds the rests of a recording, and segmentation_csv() writes them as
 /// observations. calibrate_imu() calibrates the accelerometer, the gyroscope and the magnetometer
-/// of one log in one frame. allan_deviation() and fit_noise() determine the noise of a sensor, from
-/// which best_dwell() finds the most useful averaging time.
+/// of one log in one frame. allan_deviation() computes the Allan deviation of a sensor. From it,
+/// fit_noise() finds the noise coefficients, and best_dwell() the most useful averaging time.
 ///
 /// @code
 /// axiscal::RandomStream random(1, 0);
@@ -42,7 +42,7 @@
 /// @endcode
 ///
 /// Traps:
-/// - segment() needs a rate for a log without times, and otherwise throws a DataError.
+/// - segment() throws a DataError if a log has no times and the caller does not state a rate.
 /// - If the name of a column of times states no unit, the unit is inferred from the sampling rate.
 /// - The standard deviation of a rest is that of its samples. The samples are correlated, so the
 ///   standard error of their mean is larger than sd / sqrt(n).

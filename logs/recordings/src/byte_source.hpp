@@ -24,7 +24,7 @@ class ByteSource {
  public:
   using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
-  /// @throws DataError  for the reasons of InputFile, or if this build cannot unpack the file.
+  /// @throws DataError  for the same reasons as InputFile, or if this build cannot unpack the file.
   explicit ByteSource(const std::string& path, const ReadLimits& limits = {});
 
   /// Reads bytes from a function, for example those of a pipe.

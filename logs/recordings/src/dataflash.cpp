@@ -95,7 +95,7 @@ std::string text_field(std::string_view bytes) {
 
 struct Message {
   std::string name, format;
-  std::size_t size = 0;  // size of a message in bytes, including A3 95 and the type
+  std::size_t size = 0;  // size of a message in bytes, with the header A3 95 (hex) and the type
   std::vector<std::string> columns;
   FlightMessage flight;
 };

@@ -90,7 +90,7 @@ class GrowingTable {
   ReadBudget budget_;
   std::vector<std::string> names_;
   std::unordered_map<std::string, std::size_t> places_;
-  std::vector<std::string> row_;  // cells of the row in add_row()
+  std::vector<std::string> row_;  // cells of the row that add_row() is adding
   std::string text_;
   std::vector<Row> rows_;
   // State of next(). has_header_ is true after the header was written, next_ is the next row, and

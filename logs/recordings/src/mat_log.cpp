@@ -24,7 +24,7 @@ enum : std::uint32_t { matrix_element = 14, compressed_element = 15 };
 enum : std::uint32_t { struct_class = 2, first_numeric_class = 6, last_numeric_class = 15 };
 
 constexpr std::size_t piece = 1U << 16U;
-constexpr int deepest = 16;  // depth of structures within structures
+constexpr int deepest = 16;  // largest depth of nested structures
 
 // A source of bytes: the file itself, or data that are unpacked from it.
 class Bytes {
@@ -317,7 +317,7 @@ class MatReader {
                     std::size_t columns) {
     const Tag tag = read_tag(bytes, left);
     const std::size_t width = size_of_type(tag.type);
-    // Products of two positive 32-bit numbers do not overflow.
+    // `rows` and `columns` come from positive 32-bit numbers, so their product does not overflow.
     if (width == 0 || tag.size % width != 0 || tag.size / width != rows * columns) {
       fail(formatted("variable '{}' is {} x {}, but has {} bytes of numbers", name, rows, columns,
                      tag.size));

@@ -264,7 +264,8 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   }
   const ReadBudget budget = bytes.budget();
   const double numbers = static_cast<double>(header.rows) * static_cast<double>(header.columns);
-  constexpr double no_disk_holds = 1e15;  // limit that also keeps products of sizes from overflow
+  // Below this limit, products of sizes do not overflow either.
+  constexpr double no_disk_holds = 1e15;
   if (numbers > no_disk_holds) {
     throw DataError(path, "the .npy file is cut short");
   }

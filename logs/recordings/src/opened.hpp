@@ -42,7 +42,7 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// @param opened  a table for which read_table() was called.
 [[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
 
-/// @return the series of an open file; a table is converted to series.
+/// @return a decoder of the series of an open file; a table is converted to series.
 [[nodiscard]] DecoderPointer series_of(OpenedFile opened);
 
 /// Summarises an open file; see summarise(const std::string&, ...).
@@ -59,7 +59,7 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// @return one recording that contains the series of all `parts`.
 [[nodiscard]] OpenedFile joined_recordings(std::vector<OpenedFile> parts);
 
-/// @return a source whose bytes are a text in memory.
+/// @return a source that returns the bytes of `text`, which it keeps in memory.
 [[nodiscard]] ByteSource bytes_of_text(const std::string& path,
                                        std::string text,
                                        const ReadBudget& budget);
@@ -73,9 +73,9 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// unchanged.
 [[nodiscard]] ByteSource printed_lines_as_table(ByteSource bytes);
 
-/// @return the first sheet with numbers of a workbook, as CSV.
-/// @param part  function that returns the content of a part of the workbook's archive by its name.
-///              It returns an empty text if there is no such part.
+/// @return the content, as CSV, of the first sheet of a workbook that contains numbers.
+/// @param part  function that takes the name of a file in the workbook's zip archive, and returns
+///              its content; empty if there is no such file.
 [[nodiscard]] std::string csv_of_workbook(
     const std::string& name,
     const std::function<std::string(const std::string& part)>& part,
@@ -122,7 +122,7 @@ class ReopenableFile {
   std::shared_ptr<Pipe> pipe_;  // null before the first open(), and if the file is not a pipe
 };
 
-/// @return the name of the file without its folder and its ending.
+/// @return the name of the file without its folder and its extension.
 [[nodiscard]] std::string stem_of(const std::string& path);
 
 }  // namespace axiscal

@@ -232,9 +232,9 @@ ByteSource printed_lines_as_table(ByteSource bytes) {
   for (const PrintedLine& line : lines) {
     own += line.count;
   }
-  // Sketches may print other lines between the samples. At least a quarter of all lines must be
-  // lines of pairs if a sample consists of several lines, and more than half if it consists of one
-  // line.
+  // Sketches may print other lines between the samples. The text is converted only if enough of its
+  // lines consist of pairs of a name and a number: at least a quarter of all lines if a sample
+  // consists of several lines, and more than half if it consists of one line.
   if (own > 0 && (lines.size() > 1 ? 3 * own >= others : own > others)) {
     return pairs_as_table(std::move(bytes), std::move(lines));
   }

@@ -17,7 +17,7 @@ struct Limit {
   double basis, per_byte;  // limit = basis + per_byte * (size of the file in bytes)
 };
 
-// In the order of ReadCost. docs/formats.md lists the same limits.
+// The limits are in the order of ReadCost. docs/formats.md lists the same limits.
 constexpr double MiB = 1024.0 * 1024.0;
 constexpr std::array<Limit, ReadLimits::count> limits = {
     {{"nesting", "levels of nested archives", 3.0, 0.0},

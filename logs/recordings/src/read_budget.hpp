@@ -17,8 +17,9 @@ class LimitError : public DataError {
   using DataError::DataError;
 };
 
-/// The amounts of each ReadCost that reading a file may still cause. A reader calls spend() before
-/// it causes a cost. Copies of a budget share one account, and so do the parts of an archive.
+/// The amount of each ReadCost that may still be spent on reading a file. A reader calls spend()
+/// before it causes a cost. All copies of a budget, and the budgets of the parts of an archive,
+/// share the same amounts.
 class ReadBudget {
  public:
   /// @param path  path of the file, for messages.
@@ -40,8 +41,8 @@ class ReadBudget {
   /// @return true if the total cost is within its limit.
   [[nodiscard]] bool may_spend(ReadCost cost, double amount) const noexcept;
 
-  /// @return a budget with the same account and a nesting that is one level deeper. It is used for
-  ///         a part of an archive or the content of a compressed file.
+  /// @return a budget that shares the amounts of this budget, but is nested one level deeper. It is
+  ///         used for a part of an archive or the content of a compressed file.
   /// @throws LimitError  if the nesting is too deep.
   [[nodiscard]] ReadBudget within() const;
 

@@ -11,8 +11,8 @@
 namespace axiscal {
 namespace {
 
-// @return true if the readings of a series were already corrected with PX4's parameters. This is so
-//         in the topics sensor_combined and vehicle_..
+// @return true if the readings of a series were already corrected with PX4's parameters. They are
+//         corrected in the topic sensor_combined and in topics whose names begin with "vehicle_".
 bool is_corrected(const RecordingSummary& summary, const Series& series) {
   return summary.format == "ulog" &&
          (series.name == "sensor_combined" || series.name.starts_with("vehicle_"));
@@ -107,7 +107,7 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
                             .rate_hz = one.rate_hz,
                             .samples = one.samples,
                             .is_corrected = is_corrected(summary, one.series)};
-      // The names of the columns determine their axes. Otherwise the axes are x, y, z in this
+      // If the names of the columns do not state all three axes, the columns are x, y, z in this
       // order.
       sensor.places = {0, 1, 2};
       std::array<std::optional<std::size_t>, 3> axes{};
@@ -133,8 +133,8 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
                  ? sensor.rate_hz < slow * fastest
                  : static_cast<double>(sensor.samples) < slow * static_cast<double>(most);
     });
-    // A sensor that is recognised only by its numbers is left out if another one of its kind is
-    // recognised by the format, a name or a unit.
+    // A sensor that is recognised only by its values is left out if another sensor of the same kind
+    // is recognised by the format, a name or a unit.
     const bool has_named =
         std::any_of(found.begin(), found.end(),
                     [](const RecordedSensor& sensor) { return sensor.known_by != KnownBy::data; });

@@ -152,7 +152,7 @@ double dot(const Vector& a, const Vector& b) {
 // the measured gravity changes: d(up)/dt = -rate x up. The changes are computed over `step`
 // samples, because the noise of neighbouring samples hides a slow turn.
 // @return the correlation between the measured changes and -rate x up, -1 to 1; 0 if gravity does
-//         not change, or if the rates would not change it.
+//         not change, or if -rate x up is always 0.
 double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates, std::size_t step) {
   double product = 0.0;
   double changes = 0.0;
@@ -295,7 +295,7 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (!has_names) {
     recognise_matrices(names, block, columns);
   }
-  // If no unit of an accelerometer is stated, the magnitude of gravity shows it.
+  // If the unit of an accelerometer is not stated, it is found from the magnitude of gravity.
   for (std::size_t c = 0; c + 2 < names.size(); ++c) {
     Series& series = columns.series[c];
     const auto same = [&](std::size_t other) {

@@ -169,10 +169,11 @@ std::optional<KnownUnit> unit_within(std::string_view name, SeriesKind kind) {
   return std::nullopt;
 }
 
-// @return the unit of a column that the table does not state, but that is documented for the
-//         program that wrote the table; empty if it is not known. The program is recognised by a
-//         column: "TimeUS" for ArduPilot's messages as CSV, "PacketCounter" for Xsens's exports,
-//         "seconds_elapsed" for Sensor Logger, and "%time" for rostopic echo.
+// For a table that does not state units, finds the unit of a column in what is known about the
+// program that wrote the table. The program is recognised by a column: "TimeUS" for ArduPilot's
+// messages as CSV, "PacketCounter" for Xsens's exports, "seconds_elapsed" for Sensor Logger, and
+// "%time" for rostopic echo.
+// @return the unit; empty if it is not known.
 std::string unit_of_writer(const std::vector<std::string>& columns,
                            std::string_view table,
                            std::string_view name,
@@ -429,7 +430,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
       continue;
     }
     const bool is_axis = axis_of_name(small).has_value();
-    // Two letters after the last point have priority over the words before it: "Mag_Accel.mx" is a
+    // Two letters after the last dot have priority over the words before it: "Mag_Accel.mx" is a
     // magnetometer.
     const std::string last = small.substr(small.find_last_of("./") + 1);
     const std::string behind_point =
@@ -485,7 +486,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     }
     series = {.kind = kind, .unit = unit ? std::string(unit->name) : names[c].unit, .known_by = by};
   }
-  // Missing units are those that the program that wrote the table is known to use.
+  // If a column states no unit, the unit is known from the program that wrote the table.
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (series_[c].kind != SeriesKind::other && series_[c].unit.empty()) {
       series_[c].unit = unit_of_writer(columns, table, names[c].name, series_[c].kind);

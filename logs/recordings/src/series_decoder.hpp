@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// Base class of the decoders of recordings, with a decoder for each format. A decoder passes
+/// Base class of the decoders of recordings; each format has its own decoder. A decoder passes
 /// samples on, and does not store them.
 class RecordingFile::Decoder {
  public:
@@ -44,7 +44,7 @@ class MessageSeries {
   struct Part {
     Series series;
     std::vector<std::size_t> places;  ///< indices of the series' columns in the message
-    std::size_t number = 0;           ///< number of the series in the sink
+    std::size_t number = 0;           ///< index of the series in the sink
   };
 
   /// A function that returns a Series with kind, unit and known_by of a column. The kind may be

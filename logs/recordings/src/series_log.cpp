@@ -61,7 +61,7 @@ class SeriesLog::Sink final : public SeriesSink {
   struct Queue {
     bool wanted = false;
     std::deque<Sample> samples;
-    double step_s = 0.0;  // usual step [s]: the last step, but at most 1.05 times the value before
+    double step_s = 0.0;  // usual step [s]: the last step, but at most 1.05 x the old usual step
   };
 
   std::vector<Queue>& queues() { return queues_; }

@@ -16,7 +16,7 @@ namespace axiscal {
 /// A column of a table that is made from several series.
 struct MergedColumn {
   std::string name;
-  std::size_t series = 0;  ///< number of the series that contains the column
+  std::size_t series = 0;  ///< index of the series that contains the column
   std::size_t place = 0;   ///< index of the column in this series
 };
 
@@ -25,7 +25,7 @@ struct MergedColumn {
 /// are interleaved in the file.
 class SeriesLog final : public LogFile::Source {
  public:
-  /// @param base     number of the series whose samples are the rows.
+  /// @param base     index of the series whose samples are the rows.
   /// @param columns  columns of the table after the time.
   SeriesLog(DecoderPointer decoder, std::size_t base, std::vector<MergedColumn> columns);
   ~SeriesLog() override;

@@ -32,9 +32,9 @@ bool is_called_in_other_letters(const std::string& column, const std::string& na
   return to_lower_case(column) == to_lower_case(name);
 }
 
-// @return true if the name of a column contains that of a label and further words, such as "Rest
-//         face", "fence_face" or "pose.rest". Only labels may have further words, because an axis
-//         may have a name such as SLOT.axis.
+// @return true if `name` is rest, fence, run or block, and the name of a column contains it and
+//         further words, such as "Rest face", "fence_face" or "pose.rest". Other names must match
+//         exactly, because an axis may have a name such as SLOT.axis.
 bool is_called_with_more(const std::string& column, const std::string& name) {
   if (name != "rest" && name != "fence" && name != "run" && name != "block") {
     return false;
@@ -44,9 +44,9 @@ bool is_called_with_more(const std::string& column, const std::string& name) {
          small.ends_with("." + name);
 }
 
-// Names the columns of a table without a header that has two adjacent columns of faces. These are
-// named "rest" and "fence". A column of whole numbers before them is named "run", and the three
-// columns after them "x", "y" and "z".
+// Names the columns of a table without a header that has two adjacent columns of faces, such as +X
+// or -Z. These are named "rest" and "fence". A column of whole numbers before them is named "run",
+// and the three columns after them "x", "y" and "z".
 // @return the names; empty if the table has other columns.
 std::vector<std::string> names_by_faces(const std::vector<std::vector<std::string_view>>& rows) {
   const auto are = [&](std::size_t c, auto is) {
@@ -132,7 +132,7 @@ struct TableText::State {
   std::vector<NamedColumn> columns;
   std::vector<std::string> header;  // names of the columns; if empty, those in the file are used
   std::vector<double> factors;      // factor of each column
-  // Functions that convert the cells of a column, by the position of the column.
+  // Functions that convert the cells of a column. Key: index of the column.
   std::map<std::size_t, std::function<std::string(const std::string&)>> of_cell;
   LogBlock first_rows;
   std::vector<std::vector<std::string>> first_cells;

@@ -520,7 +520,7 @@ class LayoutFinder {
   std::vector<Cells> rows_;  // cells of each line; empty for a comment
   std::vector<std::size_t> numbers_;
   std::size_t usual_ = 0;   // usual number of cells in a row
-  std::size_t first_ = 0;   // position of the first row in rows_
+  std::size_t first_ = 0;   // index of the table's first row in rows_
   std::size_t before_ = 0;  // number of lines before the table
   TextLayout layout_;
 };

@@ -30,7 +30,8 @@ constexpr std::array<Unit, 4> units = {{{"s", "seconds", 1.0},
 
 constexpr double lowest_rate_hz = 0.5;
 constexpr double highest_rate_hz = 1e6;
-// Highest rate that an assumed unit may give. For seconds, highest_rate_hz applies instead.
+// If the unit of the times is not stated, a unit is assumed only if it gives at most this rate. If
+// the unit is assumed to be seconds, the limit is highest_rate_hz.
 constexpr double highest_usual_rate_hz = 2000.0;
 
 // True if a number of seconds, counted from 1970, is a time in the years 2001 to 2039.

@@ -35,7 +35,7 @@ namespace {
 constexpr std::size_t piece = 1U << 16U;
 constexpr std::size_t most_at_once = 1U << 30U;  // some libraries use 32-bit sizes
 
-// Base class of the decoders of compressed streams, with one decoder for each library.
+// Base class of the decoders of compressed streams; each compression library has its own decoder.
 class Decoder {
  public:
   Decoder() = default;
@@ -114,7 +114,7 @@ class Bzip2Decoder final : public Decoder {
 #endif
 
 #ifdef AXISCAL_LZMA
-// Decodes xz, and also lzip from liblzma 5.4 on.
+// Decodes xz; with liblzma 5.4 or later, also lzip.
 class LzmaDecoder final : public Decoder {
  public:
   LzmaDecoder() { LzmaDecoder::restart(); }

@@ -224,7 +224,8 @@ OpenedFile open_npz(const std::string& path,
   }
   auto table = std::make_unique<ArraysAsTable>();
   for (const std::string& member : chosen) {
-    // If members in different folders have the same name, the names include the folders.
+    // If arrays in different folders have the same name, their names in the table include the
+    // folder.
     const std::string stem = stem_of(member);
     ByteSource bytes = bytes_of(path, name, member, budget);
     table->add(of_stem[stem] == 1 ? stem : member.substr(0, member.rfind('.')),

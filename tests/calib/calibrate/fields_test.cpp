@@ -588,9 +588,9 @@ TEST(Transfer, ByAnglesSeesAPlane) {
   EXPECT_EQ(result.fit.statistics->parameter_names,
             (std::vector<std::string>{"v.bias", "v.sensitivity.x", "v.sensitivity.z"}));
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 1e-3);
-  EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr(
-                  "v.sensitivity.y: these sensitivities are not known, and are taken as 0")));
+  EXPECT_THAT(
+      result.findings.notes,
+      test::HasNote(HasSubstr("the sensitivities v.sensitivity.y are unknown and are taken as 0")));
 }
 
 // A transfer may also be stated by labels and levels in one pose. With three axes it is refused.

@@ -15,8 +15,8 @@ namespace axiscal {
 struct FreeSetup {
   Experiment experiment;  ///< one instrument with three axes, fitted to a constant magnitude
   StillnessOptions stillness;
-  /// True: a reading is the mean over one rest, as an accelerometer needs. False: a reading is one
-  /// sample.
+  /// True: a reading is the mean of the samples while the instrument is held still, as an
+  /// accelerometer needs. False: a reading is one sample.
   bool by_rests = false;
   double dwell_s = 1.0;            ///< duration of a reading at rest
   double wanted_u_deg = 0.5;       ///< target for FreeView::u_deg
@@ -44,7 +44,8 @@ class FreeSession final : public LiveSession {
   void add(double time_s, std::span<const double> values) override;
   void idle(double seconds) override;
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) override;
-  /// Accepts finish, go_on, undo (drops the last rest), pause and quit; refuses other commands.
+  /// Accepts finish, go_on, undo (drops the last reading at rest), pause and quit. Refuses other
+  /// commands.
   void command(const SessionCommand& command) override;
   void end_of_samples() override;
   [[nodiscard]] bool is_over() const override;

@@ -24,11 +24,11 @@ struct FreeView {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d to_sphere = Eigen::Matrix3d::Identity();
   bool is_fitted = false;
-  bool takes_rests = false;  ///< true: one reading at each rest; undo drops the last reading
+  bool takes_rests = false;  ///< true: each reading is a mean at rest, and undo drops the last one
   /// Fraction of the sphere of directions that is within 30 degrees of a reading's direction.
   double coverage = 0.0;
   double largest_gap_rad = 0.0;
-  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction to measure next, frame sensor
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction to measure next, in sensor frame
   std::optional<double> fit_error;                 ///< relative rms error of the magnitude
   /// Expanded uncertainty (95 %) of the direction of a calibrated reading [deg], for the worst
   /// direction. It contains only the uncertainty of the coefficients. nullopt before the first fit.

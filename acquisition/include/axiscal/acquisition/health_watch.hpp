@@ -17,7 +17,7 @@
 namespace axiscal {
 
 struct HealthWatchSetup {
-  Calibration calibration;  ///< a record of three axes or more, with covariance
+  Calibration calibration;  ///< a calibration of three or more axes, with covariance
   StillnessOptions stillness;
   double dwell_s = 2.0;  ///< duration of each reading
   double alpha = 0.01;   ///< significance level of check_in_situ()
@@ -34,10 +34,10 @@ struct HealthView {
 };
 
 /// Monitors an installed instrument in any pose. It takes readings at rest and applies the
-/// calibration to them. It compares the residuals with the control limits of the record.
+/// calibration to them. It compares the residuals with the control limits in the calibration.
 class HealthWatch {
  public:
-  /// @throws DomainError  if Reducer or check_in_situ() does not accept the record.
+  /// @throws DomainError  if Reducer or check_in_situ() does not accept the calibration.
   explicit HealthWatch(HealthWatchSetup setup);
   ~HealthWatch();
   HealthWatch(const HealthWatch&) = delete;

@@ -22,7 +22,8 @@ struct PoseModelSetup {
   Instrument instrument;
   /// The nominal directions of the axes, m x 3, from nominal_axes(); zeros for an unknown axis.
   SensitivityMatrix nominal_axes;
-  /// The field. Its expected direction is `in_table`, or the table's normal if that is nullopt.
+  /// The field. Its member `in_table` gives the expected direction. If `in_table` is nullopt, the
+  /// expected direction is the table's normal.
   FieldDescription field;
   Positioner positioner;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
@@ -48,7 +49,7 @@ struct PlacedReading {
 /// The estimate of instrument and table from the readings so far.
 struct PoseModelFit {
   LinearResponse response;
-  Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< field at level 1 [field unit]
+  Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< field at FieldLevel 1 [field unit]
   /// Standard uncertainties of the x and y components of the field's direction, frame table [rad].
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
   /// The derivative of the field with respect to displacements of its direction along two unit
@@ -76,12 +77,13 @@ struct PoseJudgement {
 /// Detects a wrong pose as soon as a reading is taken. It predicts the reading for each of the 24
 /// poses from the prior and the earlier readings, and compares the reading with the predictions.
 ///
-/// The response is v = b + S f with f = R_sp R f_table. Here R is the pose's rotation from the
-/// table's frame to the positioner's frame, and R_sp is the rotation from the positioner's frame to
-/// the sensor's frame. The prior is weak. It expects S near the product of the nominal axes and a
-/// scale, which is the nominal sensitivity or unknown. It expects f_table near its nominal
-/// direction. The uncertainty of a prediction includes the covariance of the parameters. After few
-/// readings this covariance is large, so the model reports only gross mistakes.
+/// The response is v = b + S f, with the bias b, the sensitivity matrix S and the field f in the
+/// sensor's frame. f is R_sp R f_table: R is the pose's rotation from the table's frame to the
+/// positioner's frame, and R_sp is the rotation from the positioner's frame to the sensor's frame.
+/// The prior is weak. It expects S near the product of the nominal axes and a scale, which is the
+/// nominal sensitivity or unknown. It expects f_table, the field in the table's frame, near its
+/// nominal direction. The uncertainty of a prediction includes the covariance of the parameters.
+/// After few readings this covariance is large, so the model reports only gross mistakes.
 ///
 /// @par Source
 /// The Gauss-Newton method with a normal prior. A pose is judged by the chi^2 of its prediction.
@@ -101,9 +103,9 @@ class PoseModel {
   /// @return the best fit first, then the fits that are about as good.
   [[nodiscard]] std::vector<PoseModelFit> fits(const std::vector<PlacedReading>& known) const;
 
-  /// Predicts, from the nominal axes, how much two readings must differ at least. The minimum is
-  /// over the directions of the field in `fits`, or over all possible directions if `fits` is
-  /// empty.
+  /// Predicts, from the nominal axes, the smallest possible difference between two readings. The
+  /// minimum is taken over the directions of the field in `fits`, or over all possible directions
+  /// if `fits` is empty.
   /// @return the smallest norm of the difference of the readings, divided by the effect of the
   ///         field (sensitivity times magnitude); 0 if the readings may be equal.
   [[nodiscard]] double least_contrast(const PlacedReading& one,

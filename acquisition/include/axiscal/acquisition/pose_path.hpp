@@ -8,15 +8,16 @@
 
 namespace axiscal {
 
-/// A turn of the cube, as seen by a person in front of the table. The fence is at the far side.
+/// A turn of the cube, as seen by a person in front of the table. The fence, a stop that the cube
+/// touches, is at the far side.
 enum class CubeTurn {
   tip_away,     ///< a quarter turn over its far edge, towards the fence
   tip_towards,  ///< a quarter turn over its near edge, towards the person
   tip_left,
   tip_right,
-  turn_left,  ///< a quarter turn on its rest face, counter-clockwise seen from above
+  turn_left,  ///< a quarter turn about the vertical, counter-clockwise seen from above
   turn_right,
-  turn_round,  ///< half a turn on its rest face
+  turn_round,  ///< half a turn about the vertical
 };
 
 /// @return the instruction for a turn: "tip it away from you", ...

@@ -27,7 +27,7 @@ namespace axiscal {
 
 /// The inputs of a guided session.
 struct SessionSetup {
-  Experiment experiment;           ///< for several instruments in one cube, from assembled()
+  Experiment experiment;           ///< if a cube has several instruments: from assembled()
   std::vector<RunSheetRow> sheet;  ///< design points in the order of the requests
   StillnessOptions stillness;
   /// Duration of each reading [s]. If nullopt, it is computed from the noise and reading_u.
@@ -136,7 +136,7 @@ struct SessionView {
   std::optional<RunSheetRow> wanted;
   std::optional<DesignPoint> present;     ///< pose of the cube; nullopt if it is unknown
   std::optional<DesignPoint> looks_like;  ///< in phase question: the pose that fits best
-  bool lies_as_before = false;            ///< true: the cube still lies as at the last reading
+  bool lies_as_before = false;            ///< true: the cube is in the pose of the last reading
   std::vector<CubeTurn> turns;            ///< turns from the present to the wanted pose
   /// Scatter of the samples divided by its limit. The cube is still if this is at most 1.
   double stillness = 0.0;
@@ -156,7 +156,7 @@ struct SessionView {
   /// the worst direction.
   std::optional<double> forecast_deg;
   std::vector<SessionAlarm> alarms;
-  std::vector<int> suspects;                ///< numbers of readings that later readings contradict
+  std::vector<int> suspects;                ///< run numbers of readings that later ones contradict
   std::vector<std::string> result;          ///< at the end: verdict and warnings
   std::vector<SessionOutcome> outcomes;     ///< at the end: one result for each instrument
   std::optional<FreeView> free;             ///< progress of a FreeSession, otherwise nullopt

@@ -10,7 +10,7 @@ namespace axiscal {
 
 /// The result of a session for one instrument, as the user interfaces display it.
 struct SessionOutcome {
-  std::string slot;                            ///< slot in an assembly; empty without one
+  std::string slot;                            ///< slot in an assembly; empty if there is none
   std::string status;                          ///< "ok", "warning", "refused"
   std::string verdict;                         ///< one sentence
   std::vector<std::string> head;               ///< column titles: "axis", "bias [V]", "Sx [V/g]"

@@ -58,7 +58,8 @@ class SimulatedSource final : public Source {
 
   /// Simulates the axes, units and field of an experiment, at the requested field levels. If the
   /// direction of the field is unknown, a random direction is drawn; it depends on the seed.
-  /// @throws SetupError  for a field that moves, because a simulation lacks the time of day.
+  /// @throws SetupError  if the field's direction changes with time, because a simulation lacks the
+  ///                     time of day.
   void play(const Experiment& experiment) override;
 
   /// @return the true response of the instrument [unit per field unit]; for an accelerometer per g.

@@ -41,9 +41,9 @@ class Stillness {
   /// Clears the window. Must be called if the samples have a gap.
   void restart();
 
-  /// Sets the noise floor to the scatter of a rest, but to at most 1.5 times the earlier floor. No
-  /// effect if noise_sd is stated.
-  /// @param sd  standard deviation of the samples of the rest, m entries [unit].
+  /// Sets the noise floor to the scatter of a reading at rest, but to at most 1.5 times the earlier
+  /// floor. Has no effect if noise_sd is stated.
+  /// @param sd  standard deviation of the samples of the reading, m entries [unit].
   void learn(const Eigen::VectorXd& sd);
 
   /// @return true if the window is complete, so that ratio() is defined.

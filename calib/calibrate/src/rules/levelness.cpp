@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// Returns the run numbers of the readings on the rest face of `estimate`, in its block.
+// Returns the run numbers of the readings with the rest face and the block of `estimate`.
 std::vector<int> runs_of_face(const JudgedRun& run, const LevelnessEstimate& estimate) {
   std::vector<int> runs;
   for (const ReadingResidual& residual : run.calibration.fit.residuals) {

@@ -72,7 +72,7 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   return outliers;
 }
 
-// Returns a warning that names the outliers; nullopt if there are none. Fits by method paired are
+// Returns a warning that names the outliers; nullopt if there are none. Fits by method `paired` are
 // not tested, because their averages have too few degrees of freedom to name a reading. For them,
 // the levelness test finds mistakes in the differences of opposite readings.
 std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {

@@ -94,7 +94,7 @@ void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
 }
 
 // Tests the residual standard deviation of the fit and the rms residual of the readings. The first
-// alone is not enough: method paired fits averages of readings, which can hide a mistake.
+// alone is not enough: method `paired` fits averages of readings, which can hide a mistake.
 void find_poor_fit(const JudgedRun& run, Warnings& found) {
   if (run.mistakes.culprit) {
     return;

@@ -47,7 +47,8 @@ namespace axiscal {
 /// Warns if the slope of the table differs between blocks.
 [[nodiscard]] WarningRule moved_table_rule();
 
-/// Warns if an axis senses mainly the nominal component of another axis, or with reversed sign.
+/// Warns if an axis senses mainly the nominal component of another axis, or senses its own nominal
+/// component with reversed sign.
 [[nodiscard]] WarningRule axes_rule();
 
 /// Warns if the readings deviate from the model by more than repeated readings scatter.
@@ -60,7 +61,7 @@ namespace axiscal {
 /// direction of the field.
 [[nodiscard]] WarningRule slope_rule();
 
-/// Warns if method paired left out readings that have no opposite reading.
+/// Warns if method `paired` left out readings that have no opposite reading.
 [[nodiscard]] WarningRule unpaired_rule();
 
 /// Warns if the magnitude of the fields stated with the readings differs from the stated magnitude.
@@ -83,7 +84,8 @@ namespace axiscal {
   return run.calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
 }
 
-/// @return the full response of an axis, |S_k| F [unit].
+/// @return the full response of axis k [unit]: the magnitude of its sensitivity times the magnitude
+///         of the field.
 [[nodiscard]] double full_response(const JudgedRun& run, Eigen::Index k);
 
 /// @return true if the readings determine the sensitivity of an axis to its nominal component.

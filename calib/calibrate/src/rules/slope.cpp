@@ -26,8 +26,9 @@ double stated_slope_u(const JudgedRun& run) {
 }
 
 // Tests whether the slope measured by opposite readings (same rest face, opposite fence faces)
-// differs from the slope of the stated field. It is an F(2, nu) test. The variance of the
-// difference is the variance of the measured slope plus the stated variance.
+// differs from the slope of the stated field. It is an F test with 2 degrees of freedom in the
+// numerator. The variance of the difference is the variance of the measured slope plus the stated
+// variance.
 void find_slope(const JudgedRun& run, Warnings& found) {
   const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
   if (!method_kind(run.calibration.fit.method).directions_known || !levelness ||

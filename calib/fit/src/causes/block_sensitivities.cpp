@@ -158,7 +158,7 @@ BlockFits fit_blocks(const Fit& run, const Estimate& estimate) {
 struct Entries {
   // Each element is a pair: the component of the field, and the axis.
   std::vector<std::pair<Eigen::Index, Eigen::Index>> all;
-  double p_value = 1.0;  // probability of such differences between blocks by chance
+  double p_value = 1.0;  // probability that the blocks differ this much by chance
 
   void add(Eigen::Index component, Eigen::Index axis) { all.emplace_back(component, axis); }
 };

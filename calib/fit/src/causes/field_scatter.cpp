@@ -353,9 +353,9 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
 }
 
 CountedEstimate counted_field_scatter(const ScatterAnalysisInput& run, CountedEstimate so_far) {
-  // The test is omitted for a transfer. It is also omitted for averages of opposite positions,
-  // because they do not show the noise along the field, and for coarsely rounded readings, because
-  // rounding errors look like noise.
+  // The test is omitted if the fields differ in fewer than three directions (a transfer). It is
+  // also omitted for averages of opposite readings, because they do not show the noise along the
+  // field, and for coarsely rounded readings, because rounding errors look like noise.
   if (!run.is_transfer() && !run.method.averages_pairs &&
       !is_coarsely_rounded(run.fitted.set(), run.experiment.stated.resolution,
                            so_far.estimate.statistics.residual_sd)) {

@@ -22,8 +22,8 @@ struct MeanSquares {
   double p_value = 1.0;  // p-value of the ratio of `between` to the mean square about the means
 };
 
-// Computes for each axis the mean square of the means over consecutive readings at one design
-// point. The result is empty if no two consecutive readings are at the same design point.
+// Returns the MeanSquares of each axis, with means over consecutive readings at one design point.
+// The result is empty if no two consecutive readings are at the same design point.
 std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estimate) {
   const Layings layings = average_layings(set, estimate);
   const FitStatistics& statistics = estimate.statistics;
@@ -45,8 +45,8 @@ std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estim
   return axes;
 }
 
-// Computes for each axis the mean square of the means over poses. The result is empty if no pose
-// was repeated.
+// Returns the MeanSquares of each axis, with means over all readings of a pose. The result is empty
+// if no pose was repeated.
 std::vector<MeanSquares> of_poses(const FitStatistics& statistics) {
   std::vector<MeanSquares> axes;
   for (const LackOfFit& test : statistics.lack_of_fit) {
@@ -76,8 +76,8 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
       dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
-// If the mean square of the means is clearly larger than that of the readings, computes the
-// intervals from it.
+// If the means scatter clearly more than the readings about them, computes the intervals from the
+// mean square of the means.
 // @return true if an interval became longer.
 bool widen_by(const std::vector<MeanSquares>& axes,
               const std::string& name,

@@ -226,8 +226,8 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
     if (!(poses.scatter < wide * step) || step <= 4.0 * set.rounding(k)) {
       continue;
     }
-    // The columns include those of the field's fitted direction, because fitting it makes the
-    // coefficients less certain. In a transfer the direction is known.
+    // The columns include those of the field's direction if it is fitted, because this makes the
+    // coefficients less certain. In a transfer (fewer than three field directions) it is known.
     const bool is_transfer = set.seen.cols() > 0;
     if (!is_transfer && !run) {
       run.emplace(of, estimate);

@@ -18,8 +18,8 @@ constexpr double same_above = 0.25;  // p-value above which the noise of the rea
                                      // scatter of the soaks
 constexpr double told_below = 0.01;  // a note is added if the p-value of all axes is smaller
 
-// The powers of the soaks' mean temperatures, and an orthonormal basis of the directions
-// perpendicular to these powers.
+// The powers of the mean temperatures of the soaks (a soak contains the readings at one temperature
+// level), and an orthonormal basis of the directions perpendicular to these powers.
 struct Soaks {
   Eigen::MatrixXd powers;   // L x (order + 1), for L soaks
   Eigen::MatrixXd across;   // L x q, orthonormal

@@ -44,10 +44,10 @@ std::size_t end_of_block(const SuspectRun& run, std::size_t at) {
   return end;
 }
 
-// Adds the steps of one axis within one block. A cut is the position of the first reading after a
-// step. The column of a step is 1 for the readings from the cut to the end of the block, so the
-// column of the previous cut has one reading more. Therefore the column's products with the basis
-// and with the residuals are computed as running sums.
+// Adds the steps of one axis within one block. A cut is the index in run.order() of the first
+// reading after a step. The column of a step is 1 for the readings from the cut to the end of the
+// block, so each earlier cut adds one reading to the column. Therefore the column's products with
+// the basis and with the residuals are computed as running sums.
 void add_steps(const SuspectRun& run,
                const HypothesisFit& fit,
                Eigen::Index axis,

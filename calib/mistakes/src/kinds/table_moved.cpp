@@ -33,7 +33,7 @@ Eigen::MatrixX2d table_rows(const SuspectRun& run,
 }
 
 // Returns the two columns for a change of the field's direction in the table frame. Only the
-// readings from position `cut` of run.order() to the end of the run have entries other than 0.
+// readings from index `cut` of run.order() to the end of the run have entries other than 0.
 Eigen::MatrixXd table_columns(const SuspectRun& run,
                               std::size_t cut,
                               const TableField& field,
@@ -49,8 +49,8 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
   return Z;
 }
 
-// Returns for each cut the reduction of the sum of squares, to first order. A cut is the position
-// in run.order() of the first reading after a movement of the table. The columns of a cut have one
+// Returns for each cut the reduction of the sum of squares, to first order. A cut is the index in
+// run.order() of the first reading after a movement of the table. The columns of a cut cover one
 // reading more than the columns of the next cut. Therefore their products with the basis and with
 // the residuals are computed as running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
@@ -75,8 +75,9 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
   return drops;
 }
 
-// Returns the cuts to fit. If a run has too many cuts, only those that reduce the sum of squares
-// most are returned. If the field is known, there are none.
+// Returns the cuts to fit, as indices in run.order() of the first reading after a possible movement
+// of the table. If a run has too many cuts, only those that reduce the sum of squares most are
+// returned. If the field is known, the result is empty.
 std::vector<std::size_t> cuts_of(const SuspectRun& run) {
   std::vector<std::size_t> all;
   for (std::size_t cut = 1; cut < run.count() && !run.fitter().known_field(); ++cut) {

@@ -87,9 +87,10 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
                                         return reading.block == run.set().readings[i].block &&
                                                reading.point == point.turned_round();
                                       }));
-    // On a level table the readings depend little on the fence face, so they hardly distinguish the
-    // points on one rest face. A usual block has each of its points once, and also the point with
-    // the opposite fence face. Other points are therefore less likely.
+    // On a level table the readings depend little on the fence face, so they hardly distinguish
+    // design points with the same rest face. A usual block contains each design point once,
+    // together with the point that has the opposite fence face. Other points are therefore less
+    // likely.
     const double alternatives =
         !run.set().has_fence ? 5.0 : (is_odd ? 23.0 * repeated_point : 23.0);
     found.add(run.fitter().fit(set), {}, alternatives * static_cast<double>(run.n()),

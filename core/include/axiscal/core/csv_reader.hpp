@@ -60,7 +60,7 @@ class AXISCAL_EXPORT CsvReader {
             std::vector<std::string> header,
             Quotes quotes = Quotes::span_lines);
 
-  /// Makes a reader for the lines that of.take_lines() returned. It has the same columns as `of`.
+  /// Makes a reader for lines from `of.take_lines()`. The new reader has the same columns as `of`.
   CsvReader(const CsvReader& of, Lines lines);
 
   /// Replaces the names of the columns.

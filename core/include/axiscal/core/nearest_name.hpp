@@ -12,9 +12,9 @@ namespace axiscal {
 /// Finds the known name that is most similar to a mistyped name.
 ///
 /// An edit inserts, deletes or replaces a character, or swaps two neighbours. Case is ignored.
-/// @return the candidate that needs the fewest edits, if these are at most
-///         max(1, name.size() / 3). If no candidate is so similar and the name has 3 characters or
-///         more, the first candidate that begins with the name. If there is none, an empty text.
+/// @return the candidate with the fewest edits from `name`, if it has at most
+///         max(1, name.size() / 3) edits. Otherwise, if `name` has 3 characters or more, the first
+///         candidate that begins with `name`. Otherwise, an empty text.
 [[nodiscard]] AXISCAL_EXPORT std::string_view nearest_name(
     std::string_view name, std::span<const std::string_view> candidates);
 

@@ -17,7 +17,7 @@ struct ImportOptions {
   /// Kind of the sensor to read from the file: accelerometer, gyroscope or magnetometer.
   std::string kind = "accelerometer";
   int instance = 0;  ///< zero-based number of the sensor, for example 0 for CAL_ACC0
-  /// Magnitude of the field that the record states, in the format's unit of field. It should be the
+  /// Magnitude of the field that the new record will state, in the format's unit of field. Use the
   /// magnitude at the place where the calibration will be checked. Default: 9.80665 m/s^2 for an
   /// accelerometer, 1 rad/s for a gyroscope, 0.5 G for a magnetometer.
   std::optional<double> magnitude;

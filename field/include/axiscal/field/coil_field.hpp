@@ -44,7 +44,7 @@ struct AXISCAL_EXPORT Coil {
 class AXISCAL_EXPORT CoilField final : public ReferenceField {
  public:
   /// A coil system of unknown geometry. The experiment states the vector or magnitude of its field.
-  /// If the coil's field is added to a known field, its magnitude may be unknown.
+  /// The magnitude of the coil's field may be unknown if a known field is added to it.
   CoilField() = default;
 
   /// @throws DomainError  as coil_field_in_table_T().

@@ -15,8 +15,8 @@ namespace axiscal {
 
 /// Start values for fitting the field's direction.
 struct AXISCAL_EXPORT FieldStart {
-  /// True if the heading of the field in the table is known. It is unknown if the field's direction
-  /// at the site is known but the fence's azimuth is not.
+  /// True if the heading of the field in the table's frame is known. The heading is unknown if the
+  /// field's direction at the site is known but the fence's azimuth is not.
   bool has_heading = true;
   /// A vector in the table's frame, of any length, that selects the sign of the fitted field f.
   /// (The sensitivities S with f fit the readings as well as -S with -f.) The fit takes the sign

@@ -26,7 +26,8 @@ struct FieldKind {
   /// are 0, any magnitude is possible.
   double least_magnitude = 0.0;
   double greatest_magnitude = 0.0;
-  /// JSON members that a field of this kind may have besides those of every field, e.g. "model".
+  /// JSON members that a field of this kind may have in addition to the members that every field
+  /// may have, e.g. "model".
   std::span<const std::string_view> members;
   /// Creates a field of this kind without inputs; null if a file cannot state this kind.
   std::shared_ptr<ReferenceField> (*make)() = nullptr;

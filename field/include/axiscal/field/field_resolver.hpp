@@ -29,7 +29,7 @@ class AXISCAL_EXPORT FieldResolver {
                 bool beside_others);
 
   /// Computes the part.
-  /// @throws SetupError, RefusedError  as resolve_part().
+  /// @throws SetupError, RefusedError  for the same reasons as resolve_part().
   [[nodiscard]] FieldDescription resolve();
 
   /// given() returns the stated inputs, and found() the results so far.
@@ -58,8 +58,8 @@ class AXISCAL_EXPORT FieldResolver {
 
   void set_magnitude(double magnitude);
 
-  /// Sets the magnitude to given_magnitude(). If that is nullopt and may_be_open() is true, marks
-  /// the magnitude as unknown. If may_be_open() is false, sets it to largest_field_length().
+  /// Sets the magnitude to given_magnitude(). If this is nullopt, marks the magnitude as unknown if
+  /// may_be_open() is true, and sets it to largest_field_length() if may_be_open() is false.
   /// @param otherwise  text of the error message after "field KIND".
   /// @param settings   settings, besides the field's magnitude, that would avoid the error.
   /// @throws SetupError  if none of these magnitudes is known.
@@ -85,15 +85,16 @@ class AXISCAL_EXPORT FieldResolver {
   /// Sets the uncertainty of the magnitude to the stated one; if none is stated, to `magnitude_u`.
   void set_model_u(double magnitude_u);
 
-  /// Sets the field's vector in the table. Its length is the part's magnitude.
+  /// Sets the field's vector in the table's frame. The vector gets the length of the part's
+  /// magnitude.
   /// @param value    a vector with the field's direction, any length, frame enu. If `induced` is
   ///                 true, the frame is the table's.
-  /// @param induced  true if the field is made on the table, so that it does not depend on the
-  ///                 table's slope and heading.
+  /// @param induced  true if the field's source is mounted on the table, so that the field in the
+  ///                 table's frame does not depend on the table's slope and heading.
   void set_direction(const Eigen::Vector3d& value, bool induced);
 
-  /// Sets the field's vector in the table to the result of `make` [unit]. If a magnitude is stated,
-  /// the vector is scaled to that magnitude.
+  /// Sets the field's vector, in the table's frame, to the result of `make` [unit]. If a magnitude
+  /// is stated, the vector is scaled to that magnitude.
   void set_made(const std::function<Eigen::Vector3d()>& make);
 
   /// Sets vector and magnitude to the value of `field`. This is the default of

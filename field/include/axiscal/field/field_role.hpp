@@ -11,8 +11,8 @@ namespace axiscal {
 /// The role of a part of the field: the experimenter sets it (induced), or it exists at the site
 /// (local).
 enum class FieldRole {
-  local,    ///< it exists at the site and is constant
-  induced,  ///< it is made on the table, and the level of a reading multiplies it
+  local,    ///< the field exists at the site and is constant
+  induced,  ///< the experimenter sets the field; each reading's level multiplies it
 };
 
 /// @return the role of that name ("local", "induced"), or nullopt.

@@ -46,8 +46,8 @@ struct AXISCAL_EXPORT FieldSetup {
   std::optional<FieldRole> role;  ///< local or induced; nullopt for the usual role of the kind
   /// Unit of the numbers below. If it is empty, the first of these that exists is used: the kind's
   /// first unit in which the stated magnitude is possible; the unit() of `of`; the unit of the
-  /// readings, if the kind has this unit and no number is stated (not for gravity); the kind's
-  /// default unit.
+  /// readings, if the kind allows it and no number is stated (not for gravity); the kind's default
+  /// unit.
   std::string unit;
   std::optional<double> magnitude;          ///< magnitude [unit]; for nullopt see resolve_field()
   bool magnitude_unknown = false;           ///< true if the magnitude is to be fitted
@@ -63,8 +63,8 @@ struct AXISCAL_EXPORT FieldSetup {
   /// @return the field's kind; empty if no field is stated.
   [[nodiscard]] std::string_view kind() const { return of ? of->kind() : std::string_view(); }
 
-  /// @return true if the field is made on the table. `role` decides this; if it is nullopt, the
-  ///         field's own is_induced() decides.
+  /// @return true if the experimenter makes the field. This is stated by `role`, or if `role` is
+  ///         nullopt, by is_induced() of `of`.
   [[nodiscard]] bool is_induced() const;
 
   /// @return the parts of a sum, this one first.
@@ -89,12 +89,12 @@ struct AXISCAL_EXPORT FieldSetup {
 /// @throws DataError  if the file does not have this format.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup read_field(const std::string& path);
 
-/// @return the field of a record as inputs of a new experiment.
+/// Converts the field of a record to the inputs for a new experiment.
 /// @param with_vector  true: the inputs include the vector in the table. For parts of a sum they
 ///                     always include it.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup setup_of(const FieldDescription& field, bool with_vector);
 
-/// @throws SetupError  if a kind of field cannot have the unit.
+/// @throws SetupError  if the unit is not possible for this kind of field.
 AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& unit);
 
 /// Properties of the readings that are needed to resolve a field.
@@ -112,8 +112,8 @@ struct FieldOccasion {
 ///
 /// The magnitude is the stated one. If none is stated, it is the length of the stated in_table. If
 /// in_table is not stated either, the magnitude is computed from a model at the site and date, the
-/// geometry of a coil, or the sum of lamps. For the unit `g`, and for the unit `1` without lamps,
-/// it is then 1.
+/// geometry of a coil, or the sum of the lamps' light. However, it is 1 if the unit is `g`, or if
+/// the unit is `1` and there are no lamps.
 ///
 /// If in_table is not stated, it is the field at the site, rotated by the fence's azimuth and the
 /// known slope. The vector of a turntable is along the table's normal. If one part of a sum has a
@@ -124,8 +124,8 @@ struct FieldOccasion {
 [[nodiscard]] AXISCAL_EXPORT std::vector<FieldDescription> resolve_field(
     const FieldSetup& setup, const TablePlace& place, const FieldOccasion& occasion);
 
-/// Computes a field that is not a sum like resolve_field(), e.g. a second field to which the
-/// instrument also responds (option --also).
+/// Does the same as resolve_field(), but for a single field instead of a sum, e.g. for a second
+/// field to which the instrument also responds (option --also).
 [[nodiscard]] AXISCAL_EXPORT FieldDescription resolve_part(const FieldSetup& part,
                                                            const TablePlace& place,
                                                            const FieldOccasion& occasion);
@@ -141,8 +141,8 @@ describe_field(const TablePlace& place, const std::vector<FieldDescription>& par
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
                                                                 const ReferenceField& field);
 
-/// The change of a moving field in the table: a matrix that turns the field's vector at one time
-/// into its vector at another time. It is a rotation times the ratio of the two vectors' lengths.
+/// Computes the matrix that transforms the vector of a moving field at the time `from_s` into its
+/// vector at the time `to_s`. It is a rotation times the ratio of the two vectors' lengths.
 ///
 /// @param from_s, to_s  seconds since 1970-01-01, UTC.
 /// @return 3 x 3, in the table's frame; the identity if the field does not move.

@@ -91,7 +91,7 @@ class AXISCAL_EXPORT GeomagneticField final : public ReferenceField {
   /// @param unit   "nT", "uT", "T" or another magnetic unit.
   /// @param model  the geomagnetic model.
   /// @throws DomainError  if the site is out of range, or the unit is not magnetic.
-  /// @throws DataError, RefusedError  as GeomagneticModel.
+  /// @throws DataError, RefusedError  for the same reasons as GeomagneticModel.
   GeomagneticField(const Site& site,
                    double year,
                    std::string unit = "nT",

@@ -32,7 +32,7 @@ class AXISCAL_EXPORT LightField final : public ReferenceField {
   /// @param lamps  lamps that are all on at the same time; the level of a reading multiplies their
   ///               light.
   /// @param unit   unit of the lamps' irradiance.
-  /// @throws DomainError  as lamps_in_table().
+  /// @throws DomainError  for the same reasons as lamps_in_table().
   explicit LightField(std::vector<Lamp> lamps, std::string unit = "1");
 
   /// The sun's light. Its direction follows from the table's site and the readings' times.

@@ -61,18 +61,19 @@ class AXISCAL_EXPORT ReferenceField {
   /// @return standard uncertainty of magnitude() [unit()]; 0 if no uncertainty is stated.
   [[nodiscard]] virtual double magnitude_uncertainty() const { return 0.0; }
 
-  /// @return true if the field is made on the table. Then value_in_enu() is its value in the
-  ///         table's frame, and the `level` of a reading multiplies it.
+  /// @return true if the experimenter makes the field with a source that is mounted on the table.
+  ///         Then value_in_enu() returns the field in the table's frame, and each reading's `level`
+  ///         multiplies it.
   [[nodiscard]] virtual bool is_induced() const { return false; }
 
-  // ---- functions for a kind that files can state ----
+  // ---- functions for a kind of field that can be specified in a file ----
 
   /// Writes the properties of this field into an experiment's setup. The default writes nothing.
   virtual void state([[maybe_unused]] FieldSetup& setup) const {}
 
   /// Computes the field in the table from the stated inputs. The default uses value_in_enu(), and
   /// throws if another magnitude or role is stated.
-  /// @throws SetupError, RefusedError  as resolve_field().
+  /// @throws SetupError, RefusedError  for the same reasons as resolve_field().
   virtual void resolve(FieldResolver& of) const;
 
   /// @return the vector of a moving field at a time, frame table [any unit]. The default rotates

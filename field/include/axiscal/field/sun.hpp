@@ -28,8 +28,8 @@ struct AXISCAL_EXPORT SunPosition {
 ///                    the geometric position.
 /// @throws DomainError  if the site is out of range or the time is not finite.
 /// @par Source
-/// Meeus, Astronomical Algorithms, 2nd ed. (1998): sun of lower accuracy (ch. 25), sidereal time
-/// (ch. 12), parallax (ch. 40), refraction by Saemundsson's formula (ch. 16).
+/// Meeus, Astronomical Algorithms, 2nd ed. (1998): low-accuracy position of the sun (ch. 25),
+/// sidereal time (ch. 12), parallax (ch. 40), refraction by Saemundsson's formula (ch. 16).
 [[nodiscard]] AXISCAL_EXPORT SunPosition sun_position(const Site& site,
                                                       double time_s,
                                                       bool refraction = false);

@@ -37,7 +37,7 @@ class AXISCAL_EXPORT TableField {
   explicit TableField(std::vector<FieldDescription> parts);
 
   /// @return this field with a tilt for each block, without vectors.
-  /// @param blocks  the blocks' numbers, ascending, at least one.
+  /// @param blocks  identifiers of the blocks, ascending, at least one.
   [[nodiscard]] TableField tilted_by_block(std::vector<int> blocks) const;
 
   /// @return this field with these vectors.
@@ -65,7 +65,7 @@ class AXISCAL_EXPORT TableField {
   /// @return true if a part is induced, so that readings can have different levels.
   [[nodiscard]] bool level_can_be_set() const { return layout_->level_can_be_set; }
 
-  /// @return the block numbers, one for each tilt.
+  /// @return the identifiers of the blocks, one for each tilt.
   [[nodiscard]] const std::vector<int>& blocks() const { return layout_->blocks; }
 
   /// @return the index of a block's tilt; 0 if the block does not have its own tilt.
@@ -88,7 +88,7 @@ class AXISCAL_EXPORT TableField {
   [[nodiscard]] const std::vector<Eigen::Vector3d>& vectors() const { return vectors_; }
   [[nodiscard]] const Eigen::Vector3d& vector(std::size_t which) const { return vectors_[which]; }
 
-  /// @return the length of the first vector; it is F if the field is not a sum.
+  /// @return the length of the first vector, which is the magnitude of a field that is not a sum.
   [[nodiscard]] double magnitude() const { return vectors_.front().norm(); }
 
   /// @return the field at level 1, averaged over the run. For a sum, it is at(1). For a single
@@ -128,8 +128,8 @@ class AXISCAL_EXPORT TableField {
   ///         vector of known magnitude.
   [[nodiscard]] double step_unit(std::size_t which) const;
 
-  /// @return the field after a step. A vector of known magnitude is turned by two angles [rad]. A
-  ///         vector of unknown magnitude is moved, in units of step_unit().
+  /// @return the field after a step of a fit. A vector of known magnitude is rotated by two angles
+  ///         [rad]. To a vector of unknown magnitude, the step times step_unit() is added.
   /// @param tangents  the result of tangents().
   /// @param step      one entry for each column of `tangents`, in the same order.
   [[nodiscard]] TableField moved(const std::vector<Tangents>& tangents,

@@ -50,8 +50,8 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                        double magnitude,
                        const InclinationOptions& options = {}) noexcept;
 
-/// Computes the orientation of an instrument with a stated attitude, e.g. on a dividing head. It is
-/// turned by its heading, then nose up by its pitch, then right side down by its roll.
+/// Computes the rotation of an instrument with a stated attitude, e.g. on a dividing head. The
+/// instrument is first turned by the heading, then pitched nose up, then rolled right side down.
 ///
 /// @param heading_rad  heading of the instrument's x axis, clockwise from the y axis of the level
 ///                     frame.

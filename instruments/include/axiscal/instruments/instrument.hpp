@@ -54,7 +54,7 @@ struct AXISCAL_EXPORT Instrument {
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }
 };
 
-/// @return an instrument of a kind with three axes x, y, z.
+/// Each of these functions returns an instrument of the kind in its name, with the axes x, y, z.
 /// @param unit  unit of the readings, any text.
 [[nodiscard]] AXISCAL_EXPORT Instrument accelerometer(const std::string& unit);
 [[nodiscard]] AXISCAL_EXPORT Instrument inclinometer(const std::string& unit);

@@ -80,12 +80,12 @@ struct InstrumentKind {
   /// It is called for each reading, from several threads, and must not throw.
   std::function<DerivedValues(const DeriveInput& input)> derive;
 
-  bool derives_with_attitude = false;  ///< true if derive() is called only with DeriveInput::up
+  bool derives_with_attitude = false;  ///< true if derive() needs DeriveInput::up
   bool has_axis_elevation = false;     ///< true if results include each axis's elevation angle
 
   std::string_view usual_field;  ///< default kind of field; if empty, the user must state the kind
-  /// True if a field of magnitude 1, in relative units, is used as the default when neither a
-  /// magnitude, a unit nor a site is stated.
+  /// True if the default is a field of magnitude 1, in relative units, when no magnitude, unit or
+  /// site is stated.
   bool relative_field_will_do = false;
   VehicleSensor sensor = VehicleSensor::none;
   ColumnNames columns;              ///< usual column names in logs; empty if there are none

@@ -20,8 +20,8 @@ struct RecordedLog {
   std::vector<std::string> notes;  ///< notes from reading the log; copied to the calibrations
 };
 
-/// How it is known, for each rest of a log, which faces of the cube lay on the table and at the
-/// fence.
+/// How the seat of the cube at each rest of a log is known. The seat is the pair of faces that lie
+/// on the table and at the fence.
 enum class Seats {
   unknown,     ///< the seats are not known: the instrument is a bare board, turned by hand
   sheet,       ///< the cube was placed in the order of a run sheet
@@ -50,7 +50,7 @@ struct ImuOptions {
   /// An existing calibration of the accelerometer, in the unit of the log's readings. It is used
   /// unchanged.
   std::optional<Calibration> known_accelerometer;
-  std::optional<Face> first;  ///< fence face at the first rest; used by Seats::recognised
+  std::optional<Face> first;  ///< fence face at the first rest; only for Seats::recognised
   TurnFitOptions turns;
 };
 
@@ -76,8 +76,9 @@ struct ImuCalibration {
   std::vector<FailedSensor> failed;  ///< sensors that could not be calibrated
   std::vector<std::string> notes;
 
-  /// @return the records of this calibration, with the slots accelerometer, gyroscope and
-  ///         magnetometer.
+  /// @return the calibrations that are to be written as records: accelerometer,
+  ///         gyroscope and magnetometer, in this order. Sensors that failed and an accelerometer
+  ///         that was known are omitted.
   [[nodiscard]] std::vector<Calibration> records() const;
 };
 

@@ -18,8 +18,8 @@ struct RestColumn {
 
 /// The longest part of a log that is at rest.
 struct LongestRest {
-  std::size_t first = 0;  ///< number of the first sample
-  std::size_t end = 0;    ///< one past the number of the last sample
+  std::size_t first = 0;  ///< index of the first sample
+  std::size_t end = 0;    ///< one past the index of the last sample
   bool moves = false;     ///< true if the instrument moves even in this part
 };
 

@@ -43,7 +43,7 @@ struct NoiseCoefficient {
 /// The noise coefficients of a sensor from its Allan deviation curve.
 struct NoiseModel {
   std::vector<NoiseCoefficient> coefficients;  ///< one for every kind
-  /// p-value of the chi^2 test whether a sum of the five kinds of noise describes the curve at
+  /// p-value of the chi^2 test of whether a sum of the five kinds of noise describes the curve at
   /// tau >= `from_tau_s`; NaN if there are too few points.
   double p_value = 1.0;
   double from_tau_s = 0.0;  ///< shortest tau that is fitted; a filter may shape the curve below it

@@ -43,11 +43,11 @@ struct Region {
 
 /// Calibrates the instruments of a log whose rests and turns are known.
 ///
-/// The accelerometer is calibrated from the rests. If both faces of all rests are stated, the rests
-/// are treated as readings with the cube. If only the faces on the table are stated, the table is
-/// assumed to be level; its actual slope then causes errors of the biases. If no faces are
-/// stated, the method `magnitude` is used. The gyroscope is calibrated from the turns, whose angles
-/// are known:
+/// The accelerometer is calibrated from the rests. If the faces on the table and at the fence are
+/// stated for all rests, the means of the rests are used like readings of an instrument in a cube.
+/// If only the faces on the table are stated, the table is assumed to be level; its actual slope
+/// then causes errors of the biases. If no faces are stated, the method `magnitude` is used. The
+/// gyroscope is calibrated from the turns, whose angles are known:
 ///
 ///     mean of v - v0 = S u 2 pi n / T
 ///

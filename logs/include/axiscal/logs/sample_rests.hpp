@@ -13,7 +13,7 @@ namespace axiscal {
 /// Readings that were computed from raw samples: the mean of each rest is one reading.
 struct SampleRests {
   Observations readings;  ///< one for each rest, with number of samples, standard deviation, time
-  std::vector<std::size_t> rows;  ///< number of the sample in the middle of each rest
+  std::vector<std::size_t> rows;  ///< index of the sample in the middle of each rest
   std::size_t samples = 0;        ///< number of samples in the rests
   /// True if each block of samples is a single rest, for example if each face has its own file. The
   /// blocks are then merged into one.
@@ -29,7 +29,7 @@ struct SampleRests {
 ///         samples on average.
 [[nodiscard]] std::optional<SampleRests> rests_of_samples(const Observations& samples);
 
-/// Finds from the measured gravity on which face a cube rested at each reading.
+/// Finds the face on which a cube rested at each reading, from the measured gravity.
 /// @param readings  readings of an accelerometer with three axes.
 /// @return the faces that resting_faces() finds. The result is empty if gravity has more than 8
 ///         directions that differ by 10 degrees or more, because the instrument then did not lie on

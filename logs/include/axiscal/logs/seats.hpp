@@ -69,7 +69,7 @@ void assume_level_table(double magnitude,
 [[nodiscard]] std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
                                                     const std::vector<RunSheetRow>& sheet);
 
-/// Labels rests by a run sheet if the kind of instrument is not known. If there is a constant field
+/// Labels the rests of an instrument of unknown kind by a run sheet. If there is a constant field
 /// in which the rests fit the poses of the sheet in order (misfit_of_order()), rest i gets the
 /// label of row i. Otherwise the rests are labelled by the faces that an accelerometer shows, and
 /// each rest that differs from the sheet gets a message.
@@ -106,7 +106,7 @@ void assume_level_table(double magnitude,
                                           const Eigen::MatrixX3d& fields,
                                           const std::optional<DesignPoint>& first);
 
-/// Labels rests if only their rest faces are known. The standard design has two fence faces for
+/// Labels rests whose fence faces are not known. The standard design has two fence faces for
 /// each rest face. Successive rests on the same face alternate between these two fence faces.
 [[nodiscard]] SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces);
 

@@ -32,10 +32,10 @@ struct SegmentOptions {
   std::optional<double> threshold;
   std::optional<ReadingRange> range;  ///< a sample of `columns` at or beyond a limit is saturated
   bool join = true;                   ///< true: if a knock splits a rest, use only the longer part
-  /// Ranges of samples that no rest may contain, ascending. Each is a pair: the number of the first
-  /// sample, and one past the number of the last.
+  /// Ranges of samples that no rest may contain, ascending. Each is a pair: the index of the first
+  /// sample, and one past the index of the last.
   std::vector<std::pair<std::size_t, std::size_t>> left_out;
-  /// Numbers of the samples at which the second and each later recording begins, ascending.
+  /// Indices of the samples at which the second and each later recording begins, ascending.
   std::vector<std::size_t> begins;
 };
 
@@ -51,8 +51,8 @@ struct Segmentation {
   std::vector<std::pair<double, std::size_t>> tried;
   double rate_hz = 0.0;
   std::size_t samples = 0;
-  std::size_t broken_samples = 0;     ///< number of samples that end a rest, see segment()
-  std::vector<std::string> notes;     ///< notes that require no action
+  std::size_t broken_samples = 0;  ///< invalid samples; each one ends the period at rest before it
+  std::vector<std::string> notes;  ///< notes that require no action
   std::vector<std::string> warnings;  ///< problems of the log
 };
 
@@ -62,7 +62,7 @@ struct Segmentation {
 using ThresholdChoice =
     std::function<std::size_t(const std::vector<IntervalSet>& sets, const Segmentation& so_far)>;
 
-/// Finds the rests of a log. The memory does not depend on the length of the log.
+/// Finds the rests of a log. The memory used does not depend on the length of the log.
 ///
 /// A rest ends if the time decreases, if there is a gap, or if a number in `columns` is missing or
 /// saturated. Warnings state how often each of these cases occurs. A gap is a time step that is

@@ -16,8 +16,8 @@ namespace axiscal {
 
 /// An interval in which the instrument was at rest.
 struct StaticInterval {
-  std::size_t first = 0;  ///< number of the first sample, from 0
-  std::size_t end = 0;    ///< one past the number of the last sample
+  std::size_t first = 0;  ///< zero-based index of the first sample
+  std::size_t end = 0;    ///< one past the index of the last sample
   double start_s = 0.0;   ///< time of the first sample
   double end_s = 0.0;     ///< time of the last sample
   Eigen::VectorXd mean;   ///< mean of each column
@@ -46,7 +46,7 @@ struct IntervalSet {
 
 struct DetectorOptions {
   std::vector<std::size_t> detection;  ///< columns in whose variance motion is detected
-  std::size_t window = 101;            ///< number of samples in the variance's window; odd
+  std::size_t window = 101;            ///< length of the window for the variances [samples]; odd
   std::size_t trim = 10;               ///< number of samples removed at each end of an interval
   std::size_t shortest = 100;          ///< smallest number of samples of a trimmed interval
   /// The only threshold to use [square of the samples' unit]. If nullopt, many are tried.

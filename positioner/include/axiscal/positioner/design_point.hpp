@@ -64,7 +64,7 @@ class AXISCAL_EXPORT DesignPoint {
   /// @return the point with the same rest face and the opposite face at the fence.
   [[nodiscard]] DesignPoint turned_round() const { return {rest_, opposite(fence_)}; }
 
-  /// @return "rest +X, fence -Y".
+  /// @return the name, for example "rest +X, fence -Y".
   [[nodiscard]] std::string name() const;
 
   // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 for a pointer

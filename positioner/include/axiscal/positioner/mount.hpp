@@ -15,8 +15,8 @@ namespace axiscal {
 struct AXISCAL_EXPORT Mount {
   std::string slot;  ///< name of the slot, used in the names of columns: SLOT.axis
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  /// Standard deviation of the small rotation, about each axis, by which a mounting deviates. The
-  /// deviation changes each time the instrument is mounted.
+  /// Standard deviation of the small rotation error of the instrument about each axis. The error
+  /// changes each time the instrument is mounted.
   double repeatability_rad = 0.0;
 };
 

@@ -16,7 +16,8 @@ namespace axiscal {
 struct AXISCAL_EXPORT Seat {
   Eigen::Matrix3d rotation_table_from_positioner = Eigen::Matrix3d::Identity();
   std::array<int, 2> contacts = {-1, -1};  ///< indices of the feet that touch the fence, or -1
-  /// Turn about the table's normal, relative to the orientation that the face normals alone give.
+  /// Angle about the table's normal by which the cube is turned from the orientation that its face
+  /// normals alone give.
   double turn_rad = 0.0;
   bool rocks = false;  ///< true if a second seat is stable, because the middle foot protrudes
   std::string defect;  ///< why the cube cannot lie at this design point; empty for a valid seat
@@ -35,8 +36,8 @@ struct AXISCAL_EXPORT Seat {
 /// centre and radius of foot i. If two pairs of feet are stable, the seat whose centre is nearer to
 /// the fence is returned, and its `rocks` is true.
 ///
-/// @param rotation_table_from_positioner  the cube's orientation by its face normals. It is
-///                                        turned further about the table's normal.
+/// @param rotation_table_from_positioner  the cube's orientation, computed from its face normals.
+///                                        The turn theta starts from this orientation.
 /// @param fence_feet   feet of the fence face, frame positioner.
 /// @param lean_rad     angle by which the fence leans over the table. The direction towards the
 ///                     fence is (0, cos(lean), sin(lean)), frame table.

@@ -33,7 +33,7 @@ struct Fleet {
   std::vector<FleetTest> tests;
 };
 
-/// Writes a page about the tests of a production line. It shows the yield, the reasons of failures,
+/// Writes a page about the tests of a production line. It shows the yield, the reasons for failure,
 /// the capability of each coefficient, control charts by time, station, operator and batch, the
 /// retests, and the units outside the distribution of their batch. The page does not load other
 /// files. Its size hardly depends on the number of units.

@@ -47,7 +47,7 @@ struct AXISCAL_EXPORT BodyRotation {
   std::string created;        ///< time of the computation, ISO 8601, UTC
   std::string record;         ///< file with the calibration that was used; may be empty
   std::string record_sha256;  ///< SHA-256 digest of `record`; empty if it is unknown
-  /// Angle by which the last tare turned the rotation; 0 without a tare.
+  /// Angle of the correction that the last tare made to the rotation [rad]; 0 without a tare.
   double tare_rad = 0.0;
 };
 
@@ -158,7 +158,7 @@ struct JointMovement {
 /// @param degrees_of_freedom   degrees of freedom of the sum of the two covariances.
 /// @par Source
 /// method.md, section 11. The F test has 2 numerator degrees of freedom, because gravity does not
-/// determine the turn about the vertical.
+/// determine the rotation about the vertical.
 [[nodiscard]] AXISCAL_EXPORT JointMovement
 joint_movement(const Eigen::Vector3d& first,
                const std::optional<Eigen::Matrix3d>& first_covariance,
@@ -167,7 +167,7 @@ joint_movement(const Eigen::Vector3d& first,
                double degrees_of_freedom);
 
 /// The change from one rotation to a later one. If both were found with the same record, the error
-/// of the calibration is ignored, because it cancels for equal references.
+/// of the calibration is ignored, because it cancels if the reference attitudes are the same.
 struct BodyChange {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< rotation vector, in the model's axes
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();

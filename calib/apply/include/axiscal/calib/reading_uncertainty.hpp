@@ -60,8 +60,8 @@ class ReadingPropagation;
 
 /// @param propagation  the propagation with the same record.
 /// @param direction    direction of the field: unit vector, frame sensor.
-/// @return the expanded uncertainty (95 %) of the direction of the measured field [deg], for the
-///         axis perpendicular to the direction about which it is largest.
+/// @return the expanded uncertainty (95 %) of the direction of the measured field [deg]. It is the
+///         largest value over all rotation axes perpendicular to `direction`.
 [[nodiscard]] AXISCAL_EXPORT double direction_uncertainty_deg(const Calibration& calibration,
                                                               const ReadingPropagation& propagation,
                                                               const Eigen::Vector3d& direction);
@@ -195,12 +195,14 @@ class AXISCAL_EXPORT ReadingPropagation {
   double block_freedom_ = 0.0;
   double factor_;
   CoverageFactors factors_;
-  double component_u_ = 0.0;      // FieldConversion::component_u
-  double ratio_u_ = 0.0;          // FieldConversion::ratio_u
-  Eigen::MatrixXd covariance_;    // covariance of the parameters, without the error of F
-  Eigen::MatrixXd of_readings_;   // part of covariance_ that is due to the scatter of readings
-  Eigen::MatrixXd of_inputs_;     // part of covariance_ that is due to type B sources
-  std::vector<Part> components_;  // parts of covariance_ that are due to blocks, seats, ...
+  double component_u_ = 0.0;     // FieldConversion::component_u
+  double ratio_u_ = 0.0;         // FieldConversion::ratio_u
+  Eigen::MatrixXd covariance_;   // covariance of the parameters, without the magnitude's error
+  Eigen::MatrixXd of_readings_;  // part of covariance_ that is due to the scatter of readings
+  Eigen::MatrixXd of_inputs_;    // part of covariance_ that is due to type B sources
+  // Parts of covariance_ that are due to random differences between blocks, between placements of
+  // the cube, and so on.
+  std::vector<Part> components_;
   // The effect of one independent error of the cube, which also affects `up`. `of_sensitivity` is
   // the change dS of the sensitivities S. `of_field` is the product S^-1 dS.
   struct CubeError {

@@ -28,8 +28,7 @@ struct ReductionOptions {
 /// The field at the place of the readings.
 struct FieldAtReadings {
   /// Magnitude F of the field [unit of the results]. If it is nullopt, F is the magnitude of the
-  /// record's field. If gravity is converted to another unit or place, F is then 1 g or
-  /// `gravity_m_s2`.
+  /// record's field, or, if gravity is converted to another unit or place, 1 g or `gravity_m_s2`.
   std::optional<double> magnitude;
   double magnitude_u = 0.0;            ///< standard uncertainty of F [unit of the results]
   std::optional<double> gravity_m_s2;  ///< gravity; if nullopt, gravity at the record's site
@@ -52,8 +51,9 @@ struct FieldConversion {
 
 /// Computes the conversion of a record to another unit, or to the field at another site.
 ///
-/// Units of the same quantity can be converted (nT, uT, T; rad/s, deg/s, deg/h). With the gravity
-/// at both sites, `g` at the site of the record, `g` at the other site, and m/s^2 can be converted.
+/// Units of the same quantity can be converted (nT, uT, T; rad/s, deg/s, deg/h). If gravity is
+/// known at both sites, results can be converted between m/s^2, `g` at the site of the record and
+/// `g` at the other site.
 ///
 /// @param field      the field of the record.
 /// @param unit       unit of the results. If it is empty, the unit of the record is used.
@@ -120,8 +120,9 @@ struct ReducedAxis {
 ///
 ///     f_hat = S^-1 T_s (v - b(t)),   T_s = diag(1 / scale_k(t))
 ///
-/// Here b(t) is the bias at the temperature t, and scale_k(t) the relative sensitivity of axis k.
-/// Without temperature terms, T_s is the identity. The result depends on the number m of axes:
+/// Here v is the reading, S is the sensitivity matrix, b(t) is the bias at the temperature t, and
+/// scale_k(t) is the relative sensitivity of axis k. Without temperature terms, T_s is the
+/// identity. The result depends on the number m of axes:
 ///
 /// - m >= 3: reduce() for one reading, reduce_rows() for a matrix of readings. If m > 3, the
 ///   field is a least-squares solution with the weights scale_k^2 / s_k^2, where s_k is the

@@ -52,18 +52,18 @@ struct SlotObservations {
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> mounts_of_assembly(
     const std::string& assembly, const std::vector<std::string>& slots);
 
-/// The levelness of one instrument of an assembly.
+/// The slope of the table, estimated from the readings of one instrument of an assembly.
 struct SlotLevelness {
   std::string slot;
   Levelness levelness;
 };
 
-/// Combines the levelness of several instruments on one table, and tests whether they agree.
+/// Combines the slopes that several instruments measure on one table, and tests whether they agree.
 ///
 /// The test detects a loose instrument, a table that bends under an instrument, or wrong design
 /// points. The mounts do not affect it, because each slope is computed from differences of an
 /// instrument's readings, divided by the sensitivity from the same readings. If each block has its
-/// own levelness, the slope of the last block is used. The mean of the slopes is weighted by the
+/// own slope, the slope of the last block is used. The mean of the slopes is weighted by the
 /// inverse variances. Each slot's slope is compared with the mean of the other slots by an F(2, nu)
 /// test. The variance of the difference is the sum of both variances, and nu follows from their
 /// degrees of freedom. The smallest p-value is multiplied by the number of slots (Bonferroni). If
@@ -90,21 +90,22 @@ combine_levelness(const std::vector<SlotLevelness>& slots);
 [[nodiscard]] AXISCAL_EXPORT SlotAlignment alignment_of(const Calibration& from,
                                                         const Calibration& to);
 
-/// @return the small rotation between the two frames, as a rotation vector [rad]. Quarter turns and
-///         mirroring are removed first; the rotation matrix rounded to whole numbers describes
-///         them.
+/// @return the small rotation between the two frames, as a rotation vector [rad]. Rotations by
+///         multiples of 90 degrees, and mirroring, are removed first. They are found by rounding
+///         the entries of the rotation matrix to whole numbers.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d rotation_without_quarter_turns(
     const SlotAlignment& alignment);
 
-/// Calibrates several instruments from one run. Each instrument has a slot, and the slot's mount
-/// gives its rotation.
+/// Calibrates several instruments from one run. Each instrument is in its own slot of the cube. The
+/// slot's mount states the rotation of the instrument in the cube.
 ///
 /// If the instruments are of several kinds (Experiment::slots), each has its own field, and they
 /// share the cube and the table. If the table's slope is not stated, the instruments in a vertical
 /// field measure it. The other instruments use this slope with its standard error.
 ///
-/// @param experiment  the experiment of all slots. For each slot, its slot and mount are replaced.
-///                    If Experiment::slots is not empty, its instrument and field are replaced too.
+/// @param experiment  the experiment that all slots share. For the calibration of each slot,
+///                    Experiment::slot and the mount are set to those of the slot. If
+///                    Experiment::slots is not empty, the instrument and the field are set too.
 /// @param slots       the readings of each slot.
 /// @return a calibration for each slot, in the order of `slots`. It includes the combined levelness
 ///         of the slots and the alignments with the other slots. It has a warning if the slot and

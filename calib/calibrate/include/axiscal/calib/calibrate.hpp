@@ -17,22 +17,24 @@ namespace axiscal {
 /// Returns the stated method or, if no method is stated, the method that suits the readings
 /// (formats.md, Experiment).
 ///
-/// The first suitable method of this list is chosen: `faces` if all six faces are present and fence
-/// faces are missing; `known` if the readings state their field; `magnitude` if they lack labels;
-/// `known` if fence faces are missing; otherwise `joint`. `paired`, the method of the patent, is
-/// used only if it is stated. With 12 readings, `paired` and `joint` give the same estimates, but
-/// `paired` leaves only 2 degrees of freedom for each axis, and `joint` leaves 7.3.
+/// The first suitable method of this list is chosen: `faces` if the cube lay on all six faces and
+/// the faces at the fence are not stated; `known` if each reading has its own stated field;
+/// `magnitude` if the readings have no design points; `known` if the faces at the fence are not
+/// stated; otherwise `joint`. `paired`, the method of the patent, is used only if it is stated.
+/// With 12 readings, `paired` and `joint` give the same estimates, but `paired` leaves only 2
+/// degrees of freedom for each axis, and `joint` leaves 7.3.
 [[nodiscard]] AXISCAL_EXPORT Method choose_method(const Experiment& experiment,
                                                   const Observations& observations);
 
 /// Estimates bias and sensitivity of an instrument, with their uncertainty, from readings.
 ///
-/// The response is v = b + S f + e with f_i = R_sp R_i f_table(i), where R_i rotates the table's
-/// frame to the positioner's and R_sp rotates the positioner's frame to the sensor's. `paired` fits
-/// the averages of opposite readings (same rest face, opposite fence faces) and then corrects for
-/// the measured slope of the table. `joint` fits all readings, with the direction of the field in
-/// the table as two more unknowns. `known` takes the field as given. All methods share the linear
-/// regression of LeastSquaresDesign.
+/// The response is v = b + S f + e with the bias b, the sensitivity matrix S, the field f in the
+/// sensor's frame and the noise e. The field at reading i is f_i = R_sp R_i f_table(i), where R_i
+/// rotates the table's frame to the positioner's and R_sp rotates the positioner's frame to the
+/// sensor's. `paired` fits the averages of opposite readings (same rest face, opposite fence faces)
+/// and then corrects for the measured slope of the table. `joint` fits all readings, with the
+/// direction of the field in the table as two more unknowns. `known` takes the field as given. All
+/// methods share the linear regression of LeastSquaresDesign.
 ///
 /// @code
 /// axiscal::Experiment experiment;

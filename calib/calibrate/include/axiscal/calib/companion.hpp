@@ -13,10 +13,11 @@ namespace axiscal {
 /// (the companion). For example, a magnetometer is rotated to the frame of an accelerometer, for
 /// tilt-compensated headings.
 ///
-/// Method `magnitude` does not determine the rotation of the instrument's frame. But the angle
+/// Method `magnitude` does not determine the rotation of the instrument's frame. However, the angle
 /// between the fields that the two instruments measure is constant, and this determines the
-/// rotation between the instruments. Row i of both tables must be of the same time. Warnings are
-/// added if the rotation is uncertain, or if the angle differs from the angle at the site.
+/// rotation between the instruments. Row i of the readings of both instruments must have been
+/// measured at the same time. Warnings are added if the rotation is uncertain, or if the
+/// angle differs from the angle at the site.
 ///
 /// @param calibration   record of the instrument, three axes. Its sensitivity, covariance and
 ///                      quantities are rotated to the companion's frame, and `alignment` is set.
@@ -24,7 +25,7 @@ namespace axiscal {
 /// @param companion     record of the companion, three axes.
 /// @param companions    readings of the companion, with the same number of rows as `observations`.
 /// @param record        name of the companion's record, for `alignment`.
-/// @throws SetupError    unless the instrument was calibrated by method magnitude, without design
+/// @throws SetupError    unless the instrument was calibrated by method `magnitude`, without design
 ///                       points and with a symmetric sensitivity matrix.
 /// @throws DomainError   if the numbers of readings differ, or if an instrument does not have three
 ///                       axes.

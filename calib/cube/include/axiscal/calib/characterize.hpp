@@ -43,7 +43,7 @@ struct CharacterizeOptions {
 struct AXISCAL_EXPORT ReferenceResult {
   std::string slot;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  /// Standard uncertainty of the mount about the sensor's x, y, z.
+  /// Standard uncertainty of the mount's rotation about the sensor's axes x, y, z.
   Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();
   double residual_sd = 0.0;  ///< scatter of a reading, pooled over the axes [field unit]
   int worst_run = 0;         ///< run number of the reading with the largest residual
@@ -70,7 +70,7 @@ struct Characterization {
   double normal_u_rad = 0.0;     ///< rms standard uncertainty of the normals' components
   double noise_rad = 0.0;        ///< the part of normal_u_rad from the scatter of the readings
   double transferred_rad = 0.0;  ///< the part of normal_u_rad from the instruments' calibrations
-  /// Probability of such differences between the instruments by chance; NaN for one instrument.
+  /// Probability that the instruments differ this much by chance; NaN for one instrument.
   double p_value = 0.0;
   /// Slots, separated by commas, of the instrument that disagrees with the others (p < 0.005). The
   /// text is empty if there are only two instruments, because either of them may be wrong.
@@ -82,8 +82,8 @@ struct Characterization {
 /// Estimates the scatter between mounts of one instrument in nearly the same orientation.
 ///
 /// @param mounts        rotation_sensor_from_positioner of each mount, two or more, within 0.1 rad.
-/// @param fit_variance  mean variance of a mount's rotation about one axis from the fit's noise
-///                      [rad^2].
+/// @param fit_variance  mean variance that the noise of the fit causes in a mount's rotation about
+///                      one axis [rad^2].
 /// @return sd_rad = sqrt(max(0, variance between the mounts - fit_variance)).
 /// @throws DomainError  for fewer than two mounts, or if they differ by more than 0.1 rad.
 [[nodiscard]] AXISCAL_EXPORT MountRepeatability
@@ -95,13 +95,13 @@ estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_va
 ///
 ///     v = b + (1 + scale) S M_k R_i(n)^T f_table
 ///
-/// b is the bias and S the sensitivity. R_i(n) is the rotation of the cube in its seat, which
-/// depends on the normals n. The unknowns are the normals n, the mounts M_k, a slope of the table
-/// for each run and, by default, bias and scale of each axis. The starting values are a generalised
-/// Procrustes fit of each face's mean reading. A Gauss-Newton fit then uses all readings, weighted
-/// by each reference's scatter. In the frame of the result, the normals fit the nominal cube best:
-/// the sum of e_r cross n_r over the faces r is 0, where e_r is the nominal and n_r the measured
-/// normal.
+/// b is the bias, S the sensitivity and f_table the field in the table's frame. R_i(n) is the
+/// rotation of the cube in its seat, which depends on the normals n. The unknowns are the normals
+/// n, the mounts M_k, a slope of the table for each run and, by default, bias and scale of each
+/// axis. The starting values are a generalised Procrustes fit of each face's mean reading. A
+/// Gauss-Newton fit then uses all readings, weighted by each reference's scatter. In the frame of
+/// the result, the normals fit the nominal cube best: the sum of e_r cross n_r over the faces r is
+/// 0, where e_r is the nominal and n_r the measured normal.
 ///
 /// The records' covariances are propagated to the normals. The uncertainty from K independent
 /// calibrations decreases as 1 / sqrt(K). Errors that the calibrations share (one reference cube,

@@ -17,7 +17,7 @@
 
 namespace axiscal {
 
-/// The turn of a three-axis gyroscope from one rest to the next.
+/// A turn: one rotation of a three-axis gyroscope, between two rests (periods without motion).
 struct AXISCAL_EXPORT GyroscopeTurn {
   std::array<std::span<const double>, 3> readings;  ///< raw, n samples of each axis [unit]
   std::span<const double> time_s;                   ///< n times, ascending
@@ -29,13 +29,14 @@ struct AXISCAL_EXPORT GyroscopeTurn {
   /// seats are known: R_sp R_b^T R_a R_sp^T. R_b and R_a rotate the positioner's frame to the
   /// table's before and after the turn; R_sp rotates the positioner's frame to the sensor's.
   std::optional<Eigen::Matrix3d> rotation_before_from_after;
-  /// The known part of the Earth's rotation, in the sensor's frame at the rest before the turn
+  /// The known part of the Earth's rotation rate, in the sensor's frame at the rest before the turn
   /// [rad/s].
   Eigen::Vector3d earth_rate_in_sensor = Eigen::Vector3d::Zero();
-  /// The effects of q independent errors that all turns share; each error has variance 1. Column j
-  /// of each 3 x q matrix is the effect of error j at the rest before, or after, the turn, in the
-  /// sensor's frame at that rest. The effect is a change of the upward vertical or, if the seats
-  /// are known, of the attitude, as a rotation vector [rad]. All turns have the same q.
+  /// The effects of q independent errors that all turns share; each error has variance 1. Both
+  /// matrices are 3 x q, with the same q for all turns. Column j is the effect of error j at the
+  /// rest before the turn (errors_before) or after it (errors_after), in the sensor's frame at that
+  /// rest. The effect is a change of the upward vertical or, if the seats are known, a change of
+  /// the attitude, as a rotation vector [rad].
   Eigen::Matrix3Xd errors_before, errors_after;
   /// True if the turn begins at the rest at which the previous turn ended; the error of this rest
   /// then affects both turns.
@@ -80,8 +81,8 @@ struct AXISCAL_EXPORT RestFit {
   /// if it is known. 0: unknown or not significant.
   Eigen::Vector3d between_rests = Eigen::Vector3d::Zero();
   Eigen::Vector3d between_degrees_of_freedom = Eigen::Vector3d::Ones();
-  /// Derivative of the bias with respect to the upward vertical in fit_rests(); one row for each
-  /// axis [unit per unit of the vertical]
+  /// Derivative of the bias with respect to the vectors `ups` of fit_rests(); one row for each axis
+  /// [unit of the readings per unit of `ups`]
   std::optional<Eigen::Matrix3d> g_sensitivity;
   std::optional<Eigen::Matrix3d> g_sensitivity_se;
   /// p-value of the test that the axis has no g-sensitivity, for each axis
@@ -155,12 +156,15 @@ struct AXISCAL_EXPORT TurnFit {
   bool has_rotations = false;  ///< true if all three components of each turn entered the fit
 };
 
-/// Gyroscope scale factors and misalignments from turns between rests, without a rate table.
+/// Fits scale factors and misalignments of a gyroscope to turns between rests. No rate table is
+/// needed.
 ///
 ///     dR/dt = R [w cross],   w = B (v - b)
 ///     residual = log(R_known R(T)^T), or up_before - R(T) up_after
 ///
-/// The first residual is used if the seats are known, and has 3 independent components for each
+/// R(t) is the rotation since the start of the turn, and T is the time of its end. The first
+/// residual is used if the seats are known; R_known is then
+/// GyroscopeTurn::rotation_before_from_after. This residual has 3 independent components for each
 /// turn. The second residual has 2.
 ///
 /// The unknowns are the entries of B = S^-1. They are fitted by Gauss-Newton, with the analytic
@@ -194,7 +198,7 @@ struct AXISCAL_EXPORT TurnFit {
                                                           const Instrument& instrument,
                                                           const Eigen::Vector3d& rest_sd);
 
-/// @return the rotation matrix R(T) of each turn, computed with the fitted bias and B. It takes the
+/// @return the rotation matrix of each turn, computed with the fitted bias and B. It rotates the
 ///         sensor's frame after the turn to the sensor's frame before it.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Matrix3d> integrated_rotations(
     std::span<const GyroscopeTurn> turns, const TurnFit& fit);

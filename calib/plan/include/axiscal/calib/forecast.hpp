@@ -93,7 +93,7 @@ struct Forecast {
 /// method.md, sections 8 and 10; JCGM 100.
 [[nodiscard]] AXISCAL_EXPORT Forecast forecast(const ForecastSetup& setup);
 
-/// The expected uncertainty of calibrated readings in an attitude.
+/// The expected uncertainty of pitch and roll from calibrated readings in one attitude.
 struct AngleUncertainty {
   double pitch_rad = 0.0;  ///< standard uncertainty of the pitch, from the calibration only
   double roll_rad = 0.0;   ///< standard uncertainty of the roll; it grows as 1 / cos(pitch)

@@ -20,7 +20,7 @@ namespace axiscal {
 enum class RecordingKind {
   free,   ///< turned by hand in all directions, in a field of constant magnitude
   sweep,  ///< at rest, while the temperature goes up and down once
-  turns,  ///< rests at the design points of a run sheet, with turns between the rests
+  turns,  ///< at rest at each design point of a run sheet, and turned from point to point
 };
 
 /// @return the kind of that name ("free", "sweep", "turns"), or nullopt.
@@ -41,9 +41,9 @@ struct HandMotion {
   Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< angular rate, frame sensor [rad/s]
 };
 
-/// Returns the motion during a turn from rest to rest about one axis. The rate is proportional to
-/// 1 - cos(2 pi part), so the turn begins and ends smoothly.
-/// @param from, to  the attitudes at the two rests, as rotation_table_from_sensor.
+/// Returns the motion during a turn about one axis that begins and ends at rest. The rate is
+/// proportional to 1 - cos(2 pi part), so the turn begins and ends smoothly.
+/// @param from, to  the attitudes before and after the turn, as rotation_table_from_sensor.
 /// @param part     the elapsed fraction of the turn's time, 0 to 1.
 /// @param seconds  the duration of the whole turn.
 [[nodiscard]] AXISCAL_EXPORT HandMotion hand_motion(const Eigen::Matrix3d& from,
@@ -59,30 +59,30 @@ struct HandMotion {
                                                              const Recording& recording,
                                                              const SimulationOptions& options = {});
 
-/// A gyroscope's recording of rests and turns.
+/// A gyroscope's recording of periods of rest, with turns between them.
 struct SimulatedTurns {
   std::vector<double> time_s;
   Eigen::MatrixXd readings;  ///< n x m
   /// n x 3: the upward vertical at each sample, as a unit vector in the frame `sensor`.
   Eigen::MatrixX3d up;
-  /// For each rest, the index of its first sample and its number of samples.
+  /// For each period of rest, the index of its first sample and its number of samples.
   std::vector<std::pair<std::size_t, std::size_t>> rests;
   Eigen::VectorXd bias_of_run;  ///< mean of the random walk; see SimulatedRun::bias_of_run
 };
 
 /// Simulates a recording of the kind `turns`: the cube rests at each design point of a run sheet,
-/// and is turned between the rests. The rests take two thirds of the time.
+/// and is turned from point to point. It is at rest for two thirds of the time.
 /// @param truth  a gyroscope. Only its response to an angular rate in rad/s is used.
 /// @param earth_in_table  the Earth's rotation in the frame table [rad/s].
-/// @throws DomainError  as simulate_recording(), or if there are fewer than 30 samples for each
-/// seat.
+/// @throws DomainError  as simulate_recording(), or if there are fewer than 30 samples for each row
+///                      of `sheet`.
 [[nodiscard]] AXISCAL_EXPORT SimulatedTurns simulate_turns(const SensorModel& truth,
                                                            const std::vector<RunSheetRow>& sheet,
                                                            const Recording& recording,
                                                            const Eigen::Vector3d& earth_in_table,
                                                            const SimulationOptions& options = {});
 
-/// Calibrates a gyroscope by the turns of a simulated recording. The seats of the rests are taken
+/// Calibrates a gyroscope by the turns of a simulated recording. The orientations at rest are taken
 /// from `sheet`. calibrate_imu() is the corresponding function for a real log.
 /// @param cube  the cube that the calibration assumes.
 [[nodiscard]] AXISCAL_EXPORT Calibration

@@ -77,8 +77,8 @@ struct Study {
   /// A digest of the study's settings. All shards of one study have the same digest.
   std::string setup;
   std::vector<std::string> parameters;
-  std::vector<std::int64_t> blocks;          ///< numbers of the blocks that were run
-  std::vector<std::vector<StudySums>> sums;  ///< for each block, one for each parameter
+  std::vector<std::int64_t> blocks;          ///< zero-based indices of the blocks that were run
+  std::vector<std::vector<StudySums>> sums;  ///< for each block, the sums of each parameter
   std::int64_t refused = 0;                  ///< number of trials without a calibration
   /// For the name of each warning, the number of trials that had this warning. The name `any`
   /// counts the trials with at least one warning. Empty if StudySetup::alarms was false.

@@ -16,7 +16,7 @@ namespace axiscal {
 struct Tolerances {
   double foot_height_m = 0.0;   ///< the height of each ball along its face's normal
   double ball_radius_m = 0.0;   ///< the variation of each ball's radius
-  double squareness_rad = 0.0;  ///< the turn of each face about each of its two edge directions
+  double squareness_rad = 0.0;  ///< the rotation of each face about its two edge directions, each
   double fence_rad = 0.0;       ///< the angle by which the fence leans over the table
 };
 
@@ -31,8 +31,8 @@ struct Tolerances {
 ///
 /// The contact plane of a face, with the normal n and the distance d from the cube's centre,
 /// touches three balls with the centres c_i and the radii r_i: n . c_i + r_i = d. If foot i is
-/// higher by h_i, or its ball's radius is larger by h_i, the normal n turns by the gradient of the
-/// plane through the three h_i.
+/// higher by h_i, or its ball's radius is larger by h_i, the normal n rotates by an angle equal to
+/// the gradient of the plane through the three h_i.
 [[nodiscard]] AXISCAL_EXPORT NormalCovariance normal_covariance_of(const CubeFeet& drawing,
                                                                    const Tolerances& tolerances);
 

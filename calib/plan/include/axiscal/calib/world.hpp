@@ -13,10 +13,11 @@ namespace axiscal {
 /// has no effect. If all entries are 0, the noise is white and normal.
 struct AXISCAL_EXPORT World {
   double block_sd = 0.0;  ///< scatter of the bias from block to block, each axis [unit]
-  /// Standard deviation of the cube's turn about each of x, y and z when it is laid down [rad].
+  /// Standard deviation of the cube's random rotation about each of x, y and z, each time it is
+  /// placed on the table [rad].
   double seat_rad = 0.0;
-  /// Standard deviation of the instrument's turn in the cube from block to block, about each of x,
-  /// y and z [rad].
+  /// Standard deviation of the instrument's random rotation in the cube, about each of x, y and z;
+  /// it is different in each block [rad].
   double mount_rad = 0.0;
   /// Like mount_rad, but the readings do not state that the instrument was mounted again [rad].
   double remount_rad = 0.0;
@@ -38,7 +39,7 @@ struct AXISCAL_EXPORT World {
   int tails = 0;
   /// Response to the squared (k2) and the cubed (k3) field component along an axis, if the full
   /// field is along the axis [unit]. Each has one number for all axes or one number for each axis.
-  /// If it is empty, there is no such response.
+  /// An empty vector means that there is no such response.
   std::vector<double> k2;
   std::vector<double> k3;
   /// True if errors of the face normals, the slope, the field's direction and its magnitude are

@@ -19,7 +19,7 @@ namespace axiscal {
 /// A finding that the user must look at.
 struct CalibrationWarning {
   WarningCode code = WarningCode::other;
-  std::vector<int> runs;  ///< numbers of the readings concerned; may be empty
+  std::vector<int> runs;  ///< run numbers of the readings concerned; may be empty
   std::string message;    ///< the finding and the recommended action
 };
 

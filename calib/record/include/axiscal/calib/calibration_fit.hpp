@@ -101,7 +101,7 @@ struct CalibrationFit {
   std::optional<Method> method;  ///< nullopt if other software made the fit
   Weighting weights = Weighting::none;
   bool robust = false;
-  bool level_by_block = false;          ///< true if a levelness was fitted for each block
+  bool level_by_block = false;          ///< true if a slope of the table was fitted for each block
   std::vector<int> left_out;            ///< run numbers of the readings that are not used
   std::vector<PolarFit> polar_fit;      ///< the polar fit of each axis, if it was requested
   std::optional<MagnitudeShape> shape;  ///< shape of the sensitivity matrix; only method magnitude

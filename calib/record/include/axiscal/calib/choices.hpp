@@ -16,7 +16,7 @@ enum class Method {
   known,
   magnitude,
   bias,
-  turns,  ///< for gyroscopes, from turns between rests; only calibrate_imu() uses it
+  turns,  ///< for gyroscopes that are turned between periods of rest; only for calibrate_imu()
   faces,  ///< for six faces that may be tilted; fits bias and scale to the field's magnitude
 };
 
@@ -55,7 +55,7 @@ enum class Weighting {
 /// @return "none", "samples", "sd".
 [[nodiscard]] AXISCAL_EXPORT std::string_view weighting_name(Weighting weighting);
 
-/// The group of readings for which one levelness of the table is fitted.
+/// The group of readings for which one slope of the table is fitted.
 enum class LevelBy {
   run,    ///< all readings
   block,  ///< the readings of one block, because the table may have moved between blocks

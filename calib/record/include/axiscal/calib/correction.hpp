@@ -19,7 +19,7 @@ namespace axiscal {
 struct Correction {
   WarningCode code = WarningCode::other;                   ///< code of the warning that suggests it
   std::string message;                                     ///< message of that warning
-  std::vector<int> runs;                                   ///< numbers of the readings concerned
+  std::vector<int> runs;                                   ///< run numbers of the readings
   std::vector<std::pair<int, DesignPoint>> points;         ///< run number, corrected design point
   std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run number, corrected values
   std::vector<std::pair<int, FieldLevel>> levels;          ///< run number, corrected level

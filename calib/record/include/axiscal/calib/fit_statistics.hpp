@@ -17,7 +17,7 @@ namespace axiscal {
 
 /// One row of the regression: a reading, or for method `paired` an average of opposite readings.
 struct RegressionRow {
-  std::vector<int> runs;             ///< numbers of the readings in the row
+  std::vector<int> runs;             ///< run numbers of the readings in the row
   std::optional<DesignPoint> point;  ///< design point of the first reading
   int block = 1;
 };

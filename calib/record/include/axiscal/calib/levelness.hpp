@@ -14,13 +14,15 @@
 
 namespace axiscal {
 
-/// An estimate of the table's levelness from the readings on one rest face with opposite fence
-/// faces.
+/// An estimate of the table's levelness (see Levelness) from readings that have the same rest face
+/// and opposite fence faces.
 struct LevelnessEstimate {
   DesignPoint point;  ///< rest face and the first of the two fence faces
   int block = 1;
-  double x = 0.0;  ///< field's component along the table's x, divided by F; for gravity the slope
-  double y = 0.0;  ///< field's component along the table's y, divided by F
+  /// The field's component along the table's x, divided by the field's magnitude. For gravity it is
+  /// the slope of the table along x.
+  double x = 0.0;
+  double y = 0.0;  ///< as x, along the table's y
 };
 
 /// The levelness of the table during one block of readings.

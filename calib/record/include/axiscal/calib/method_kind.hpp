@@ -13,13 +13,13 @@ namespace axiscal {
 struct MethodKind {
   Method method = Method::joint;
   std::string_view name;
-  bool by_pose = false;           ///< true: each reading must state its pose or its field
+  bool by_pose = false;           ///< true: the pose or the field must be given for each reading
   bool directions_known = false;  ///< true: the field's direction is given; false: it is fitted
   bool averages_pairs = false;    ///< true: fits averages of readings with opposite fence faces
   bool by_magnitude = false;      ///< true: only the magnitude of the field is known
   /// True: the readings are fitted to the field's magnitude, because the faces may be tilted.
   bool by_length = false;
-  bool by_turns = false;         ///< true: integrates a gyroscope's rates from rest to rest
+  bool by_turns = false;         ///< true: integrates a gyroscope's rates between periods at rest
   bool fits_sensitivity = true;  ///< false: fits only biases
   bool is_chosen = true;         ///< true if an experiment can choose the method
   std::string_view words{};      ///< description in summaries and reports

@@ -21,19 +21,19 @@ enum class NoteCode {
   not_counted,    ///< inputs without a stated uncertainty: the intervals do not include them
   stated,         ///< stated inputs that the readings contradict
   rounding,       ///< steps of the readings that are wider than their noise
-  seats,          ///< repeatability of the cube's seats, or of the instrument in the cube
+  seats,          ///< repeatability of placing the cube on the table, or the instrument in the cube
   face_normals,   ///< errors of the cube's faces that the uncertainties do not include
   mount,          ///< the frame of the coefficients
   temperature,    ///< the order of the temperature polynomials, readings that deviate from them
   hysteresis,     ///< biases that differ between rising and falling temperature
   drift,          ///< a drift that is a term of the fit
   field,          ///< magnitude, unit and uncertainty of the field
-  pose,           ///< method bias: the unknown part of the pose
+  pose,           ///< method `bias`: the unknown part of the pose
   weights,        ///< weights of the readings, readings with robust weight 0
   tails,          ///< a reading that is wrong, or noise with heavy tails
   corrected,      ///< a mistake that was corrected as suggested
-  estimate_bias,  ///< method magnitude: the error of the estimator itself
-  turns,          ///< method turns: attitude errors, turns left out, g-sensitivity
+  estimate_bias,  ///< method `magnitude`: the error of the estimator itself
+  turns,          ///< method `turns`: attitude errors, omitted rotations, g-sensitivity
   other           ///< a note of a user's program, or of a record from another version
 };
 

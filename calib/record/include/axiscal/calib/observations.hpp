@@ -25,9 +25,9 @@ struct StatedAttitude {
 
 /// The data of one reading except its responses.
 struct Reading {
-  int run = 1;                                   ///< number of the reading, in the order taken
-  int block = 1;                                 ///< number of the block of readings
-  int mount = 1;                                 ///< number of the instrument's mounting
+  int run = 1;                                   ///< sequence number, in the order of measurement
+  int block = 1;                                 ///< number that identifies the block of readings
+  int mount = 1;                                 ///< number that identifies the mounting
   bool confirm = false;                          ///< true: not fitted, but used to test the fit
   std::optional<DesignPoint> point;              ///< rest face and fence face of the cube
   FieldLevel level;                              ///< multiple of the stated induced field
@@ -45,8 +45,8 @@ struct AXISCAL_EXPORT Observations {
   Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
   std::optional<Eigen::VectorXd> samples;      ///< number of samples averaged in each reading, n
   std::optional<Eigen::MatrixXd> response_sd;  ///< sd of the samples in a reading, n x m [unit]
-  /// n x m: true if, in this reading, one of the two columns whose difference is the axis is at or
-  /// beyond an end of its range.
+  /// n x m: true if the axis is the difference of two columns, and one of these columns is at or
+  /// beyond an end of its range in this reading.
   std::optional<Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>> saturated;
   bool has_block = false;  ///< true if blocks were stated
   bool has_level = false;  ///< true if levels were stated

@@ -18,8 +18,8 @@ struct RunColumns {
   std::vector<std::string> rest;               ///< face on the table: "+X", "-X", .. "-Z"
   std::vector<std::string> fence;              ///< face at the fence
   std::optional<Eigen::VectorXi> run;          ///< numbers of the readings; nullopt: 1, 2, ..
-  std::optional<Eigen::VectorXi> block;        ///< number of the block of readings
-  std::optional<Eigen::VectorXi> mount;        ///< number of the instrument's mounting
+  std::optional<Eigen::VectorXi> block;        ///< number that identifies the block of readings
+  std::optional<Eigen::VectorXi> mount;        ///< number that identifies the instrument's mounting
   std::optional<Eigen::VectorXd> level;        ///< multiple of the stated induced field
   std::optional<Eigen::VectorXd> temperature;  ///< output of the temperature sensor
   std::optional<Eigen::VectorXd> time;         ///< time of the reading [s]

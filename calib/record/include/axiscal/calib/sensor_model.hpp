@@ -20,7 +20,7 @@ namespace axiscal {
 struct AXISCAL_EXPORT AlsoResponse {
   std::string kind;
   std::string unit;
-  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< stated vector in the frame table [unit]
+  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< stated vector in the table frame [unit]
   SensitivityMatrix sensitivity;                       ///< m x 3 [unit of the readings per `unit`]
   SensitivityMatrix sensitivity_se;                    ///< standard errors of sensitivity, m x 3
 };

@@ -21,7 +21,7 @@ struct TemperatureOrderTrial {
   double lack_of_fit_p_value = 0.0;  ///< smallest p-value of all axes; NaN if not testable
 };
 
-/// The range of a temperature sensor's output t during a calibration [its unit].
+/// The range of a temperature sensor's output t during a calibration [unit of t].
 struct TemperatureSpan {
   double reference = 0.0;  ///< output t0 at which the coefficients are stated
   double low = 0.0;        ///< lowest t
@@ -44,7 +44,8 @@ struct AXISCAL_EXPORT TemperatureResponse {
   Eigen::MatrixXd scale;                      ///< m x order [1 per power of t]
   Eigen::MatrixXd bias_se;                    ///< standard errors of bias; NaN if unknown
   Eigen::MatrixXd scale_se;                   ///< standard errors of scale; NaN if unknown
-  std::vector<TemperatureOrderTrial> trials;  ///< orders that were tried; empty if one was stated
+  /// One fit for each order that was tried; empty if the order was given.
+  std::vector<TemperatureOrderTrial> trials;
 
   [[nodiscard]] bool has_own_sensors() const { return spans.size() > 1; }
 

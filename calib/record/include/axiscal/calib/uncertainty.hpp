@@ -16,9 +16,9 @@ namespace axiscal {
 /// The uncertainty of one quantity that follows from a calibration.
 struct CombinedUncertainty {
   double u = 0.0;  ///< combined standard uncertainty [unit of the quantity]
-  /// Effective degrees of freedom; may be infinite. If all shares have five degrees of freedom or
-  /// more, this is the result of Welch and Satterthwaite's formula. Otherwise it is the number for
-  /// which Student's t equals coverage_factor.
+  /// Effective degrees of freedom; may be infinite. If all shares of the variance have five or more
+  /// degrees of freedom, this is the result of Welch and Satterthwaite's formula. Otherwise it is
+  /// the number for which Student's t equals coverage_factor.
   double degrees_of_freedom = 0.0;
   double coverage_factor = 0.0;  ///< `expanded` divided by `u`
   double expanded = 0.0;         ///< half width of the 95 % interval
@@ -35,7 +35,7 @@ struct VarianceShare {
 /// The variance of a quantity, divided into the shares of its sources.
 struct AXISCAL_EXPORT VarianceShares {
   std::vector<VarianceShare> axes;        ///< shares of the readings' scatter, one for each axis
-  std::vector<VarianceShare> components;  ///< shares of scatter components: blocks, seats, ...
+  std::vector<VarianceShare> components;  ///< shares of scatter components, e.g. between blocks
   double others = 0.0;                    ///< sum of the type B variances
 
   /// Adds the shares of an independent contribution to the quantity.
@@ -86,14 +86,14 @@ class AXISCAL_EXPORT CoverageFactors {
 ///
 /// @param calibration  a record with statistics. Without an uncertainty budget, the fit is the only
 ///                     source.
-/// @param gradient     derivatives of the quantity by the parameters, in the order of
+/// @param gradient     derivatives of the quantity with respect to the parameters, in the order of
 ///                     parameter_names.
 /// @param shares       receives the shares of the variance; may be null.
 [[nodiscard]] AXISCAL_EXPORT CombinedUncertainty propagate(const Calibration& calibration,
                                                            const Eigen::RowVectorXd& gradient,
                                                            VarianceShares* shares = nullptr);
 
-/// @param gradient  derivatives of the quantity by the parameters.
+/// @param gradient  derivatives of the quantity with respect to the parameters.
 /// @return the shares of the quantity's variance that come from the scatter of the readings.
 [[nodiscard]] AXISCAL_EXPORT VarianceShares scatter_shares(const Calibration& calibration,
                                                            const Eigen::RowVectorXd& gradient);
@@ -121,13 +121,14 @@ struct ParameterUncertainty {
                                                         const std::string& name);
 
 /// @return true if the budget includes the uncertainty of the field's magnitude, or if the method
-///         does not use the magnitude (bias and turns). If it is false, the uncertainties are not
-///         valid in SI units.
+///         (`bias` or `turns`) does not use the magnitude. If the result is false, the
+///         uncertainties are not valid in SI units.
 [[nodiscard]] AXISCAL_EXPORT bool counts_magnitude(const Calibration& calibration);
 
 /// Lists the inputs that the uncertainties do not include, because the uncertainty of the input was
 /// not stated. Such inputs are the cube's face normals (for a run on a table), the field's
-/// magnitude, and the reference of readings in an electrical unit.
+/// magnitude and, for readings in an electrical unit, the electrical reference (for example the
+/// voltage reference).
 /// @return the inputs in words; empty without statistics.
 [[nodiscard]] AXISCAL_EXPORT std::vector<std::string> not_counted(const Calibration& calibration);
 
@@ -138,8 +139,8 @@ struct ParameterUncertainty {
 struct Advice {
   std::string source;  ///< the source with the largest part of the variance
   double share = 0.0;  ///< part of the variance from this source, 0 to 1
-  /// The improvement of this source that halves the uncertainty. If no improvement is enough, the
-  /// uncertainty that remains without this source.
+  /// States how much this source must improve to halve the combined uncertainty. If no improvement
+  /// is enough, states the uncertainty that remains without this source.
   std::string text;
 };
 

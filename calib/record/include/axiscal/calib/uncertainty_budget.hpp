@@ -10,7 +10,8 @@
 
 namespace axiscal {
 
-/// The names of two sources: the field's magnitude, and the reference of the readings' unit.
+/// The names of two sources of uncertainty: the field's magnitude, and the electrical reference of
+/// the readings (for example the voltage reference).
 inline constexpr const char* field_magnitude_source = "field magnitude";
 inline constexpr const char* reference_source = "reference of the readings";
 
@@ -28,8 +29,8 @@ struct UncertaintySource {
   Eigen::MatrixXd covariance;
 };
 
-/// The uncertainty budget of a calibration by the GUM (method.md, section 8): the scatter of the
-/// fit, and sources whose errors do not increase this scatter.
+/// The uncertainty budget of a calibration according to the GUM (method.md, section 8). It contains
+/// the scatter of the fit, and the sources whose errors do not increase this scatter.
 struct UncertaintyBudget {
   std::vector<UncertaintySource> sources;
   double resolution = 0.0;     ///< stated resolution of the readings [unit]; 0: not stated

@@ -7,7 +7,7 @@
 
 namespace axiscal {
 
-/// One limit and its result.
+/// The result of comparing one parameter with its limits.
 struct LimitVerdict {
   std::string parameter;
   double value = 0.0;

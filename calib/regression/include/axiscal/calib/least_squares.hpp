@@ -204,7 +204,8 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
 /// @param design               X, n x p.
 /// @param weights              n weights.
 /// @param unscaled_covariance  C = (X^T W X)^-1, p x p. If the fit has columns besides X, C is the
-///                             block for X of the covariance of all coefficients, for s = 1.
+///                             block that belongs to X in the unscaled covariance of all
+///                             coefficients.
 /// @return p factors, at least 1; NaN for a constant column.
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980), sec. 3.2.

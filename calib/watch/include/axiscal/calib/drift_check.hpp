@@ -57,13 +57,13 @@ struct DriftCheck {
                                                     const Calibration& fresh,
                                                     double alpha = 0.01);
 
-/// Compares fresh biases with a record of method bias whose biases include the response to the
-/// field, so that gives_field() is false. Each axis is compared at the temperature of the fresh
+/// Compares fresh biases with a record of method `bias` for which gives_field() is false: its
+/// biases include the response to the field. Each axis is compared at the temperature of the fresh
 /// readings. Fisher's method combines the p-values of the axes. Such a record does not determine
 /// the directions of the axes, so the instrument must be in the same orientation as for the record.
 ///
-/// @param fresh        a calibration by method bias without temperature terms. Its readings must be
-///                     converted to the reference temperature of `old` by
+/// @param fresh        a calibration by method `bias` without temperature terms. Its readings must
+///                     be converted to the reference temperature of `old` by
 ///                     at_reference_temperature().
 /// @param temperature  the mean temperature of the fresh readings; nullopt: the reference
 ///                     temperature.
@@ -96,7 +96,7 @@ struct InSituCheck {
   std::vector<InSituReading> readings;
 };
 
-/// Tests whether the field magnitudes that static readings give agree with the stated magnitude
+/// Tests whether the field magnitudes computed from static readings agree with the stated magnitude
 /// (docs/method/watching.md).
 ///
 /// Readings whose field directions differ by less than 5 degrees form one group. The first test
@@ -105,7 +105,7 @@ struct InSituCheck {
 /// residual is largest relative to its uncertainty, at the level 1/5 alpha. More readings in one
 /// orientation cannot detect a drift below the uncertainty of the calibration.
 ///
-/// @param observations  readings of all axes at rest; labels are not needed.
+/// @param observations  readings of all axes at rest; their poses need not be stated.
 /// @param alpha  the probability of a false alarm for the run. Without a drift, each of the n
 ///               readings exceeds its limit with the probability alpha / (5 n).
 /// @throws DomainError  for fewer than three axes, or a record without covariance.
@@ -116,15 +116,15 @@ struct InSituCheck {
 /// The largest error of an angle, and the field at which it occurs.
 struct AXISCAL_EXPORT WorstAngle {
   double error_deg = 0.0;
-  Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< in the frame sensor [field unit]
+  Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< in the sensor frame [field unit]
 };
 
 /// Returns the largest error that arises if readings follow one calibration and are reduced with
 /// another. It is the error of the pitch, for pitches up to 80 degrees. For instruments without a
 /// pitch it is the error of the field's direction.
 ///
-/// @param used  the calibration that reduces the readings.
-/// @param now   the calibration that the readings follow.
+/// @param used  the calibration with which the readings are reduced.
+/// @param now   the calibration that describes the actual response of the instrument.
 [[nodiscard]] AXISCAL_EXPORT WorstAngle worst_angle(const Calibration& used,
                                                     const Calibration& now);
 

@@ -69,11 +69,11 @@ struct RecordTexts {
 /// @return the records, for process_scatter(). Texts that are not records are ignored.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> read_records(const RecordTexts& records);
 
-/// Estimates the scatter of an instrument's biases between blocks from earlier calibrations. These
-/// must be of the same serial number or, if the model is stated, of the same model. A record of
-/// several blocks contributes its mean square between blocks. Records of one block contribute the
-/// scatter of their biases about the unit's mean. Only records of methods that use labelled poses
-/// are used. If several records share readings, only the first is used.
+/// Estimates, from earlier calibrations, how much an instrument's biases scatter between blocks.
+/// The calibrations must have the instrument's serial number or, if the model is stated, its model.
+/// A record of several blocks contributes its mean square between blocks. Records of one block
+/// contribute the scatter of their biases about the unit's mean. Only records of methods that use
+/// labelled poses are used. If several records share readings, only the first is used.
 ///
 /// @param leave_out  the SHA-256 digests of the files of this run; records of these files are not
 ///                   used.

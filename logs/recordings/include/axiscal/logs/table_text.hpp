@@ -43,9 +43,9 @@ class TableText {
   /// Makes a reader of the table. It can be called once, and the table must outlive the reader.
   ///
   /// @param known    names of the columns that the caller looks for. If no column has such a name,
-  ///                 the only column with a similar name gets it. A similar name is the known name
-  ///                 with a unit, in other capitals, or, for the labels rest, fence, run and block,
-  ///                 with further words ("Rest face").
+  ///                 the only column with a similar name is renamed to it. A similar name has a
+  ///                 unit or other capital letters. For the labels rest, fence, run and block, it
+  ///                 may also contain further words ("Rest face").
   /// @param renamed  columns to rename, by their names with or without the unit.
   /// @throws DataError  if a column to rename does not exist, or if CsvReader's constructor throws
   ///                    it.

@@ -35,7 +35,7 @@ struct DecoratedNumber {
 /// Reads a number that is followed by a unit or has separated thousands: "0.34 g", "15,267",
 /// "15'267.5 m/s^2".
 /// @param cell           text of a cell, which may be enclosed in quotes.
-/// @param decimal_comma  true if a comma is the decimal separator; points then separate thousands.
+/// @param decimal_comma  true if a comma is the decimal separator; dots then separate thousands.
 [[nodiscard]] DecoratedNumber parse_decorated_number(std::string_view cell, bool decimal_comma);
 
 /// @return the text of a cell without the quotes and blanks around it.

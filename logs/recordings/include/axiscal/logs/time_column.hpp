@@ -19,8 +19,8 @@ struct TimeColumn {
 };
 
 /// @param path  path of the log, for messages.
-/// @param name  name of the column; if empty, the first column with the name of a time is found.
-/// @return nullopt if `name` is empty and no column has the name of a time.
+/// @param name  name of the column; if empty, the first column whose name denotes times is found.
+/// @return nullopt if `name` is empty and no column has a name that denotes times.
 /// @throws DataError  if `name` is not empty and the log has no column of that name.
 [[nodiscard]] std::optional<TimeColumn> find_time_column(const std::string& path,
                                                          const std::vector<std::string>& columns,
@@ -57,7 +57,7 @@ struct TimeUnit {
                                         const TimeColumn& column,
                                         std::span<const double> times);
 
-/// Number of times at the start of a log from which settle_time_unit() determines the unit.
+/// Number of time stamps, from the start of a log, that settle_time_unit() uses.
 inline constexpr std::size_t times_that_settle_the_unit = 4096;
 
 }  // namespace axiscal
