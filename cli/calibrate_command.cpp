@@ -827,7 +827,7 @@ std::string scanned_serial(const std::string& path) {
   }
   serial = trimmed(serial);
   if (serial.empty()) {
-    throw DataError(path, "--serial-from: contains no serial number");
+    throw DataError(path, "the file contains no serial number (--serial-from)");
   }
   return serial;
 }

@@ -15,8 +15,8 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
   options.add_flag("--list", command.list,
                    "list the formats with the formulas that the other software uses");
   options.add_flag("--json", command.json,
-                   "print JSON: with --list the formats; with -o FILE the format, file, notes and "
-                   "lost parts of the export");
+                   "print JSON: with --list the formats; with -o FILE the format, the file, notes, "
+                   "and the parts of the record that the file lacks");
   options.add("--reading-factor", command.reading_factor, "R",
               "factor from the readings to the driver's output in the other software, for example "
               "in m/s^2 per count");

@@ -635,7 +635,7 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
     file.paths.observations = options.files;
     for (const std::string& path : options.files) {
       if (is_experiment_file(path)) {
-        throw UsageError(formatted("'{}' is an experiment and must be the only file", path));
+        throw UsageError(formatted("'{}' is an experiment file; give no other file with it", path));
       }
     }
   }

@@ -29,8 +29,9 @@ std::string rests_text(const ImuCalibration& imu) {
                 rests.intervals.size(), static_cast<double>(rests.samples) / rests.rate_hz,
                 rests.rate_hz, rests.threshold);
   if (imu.turns) {
-    text += formatted("{} turns, attitude error {:.3g} degrees per component\n",
-                      imu.turns->residuals.size(), imu.turns->residual_sd_rad * deg_per_rad);
+    text +=
+        formatted("{} turns, attitude error {:.3g} degrees (standard deviation about each axis)\n",
+                  imu.turns->residuals.size(), imu.turns->residual_sd_rad * deg_per_rad);
   }
   return text;
 }

@@ -79,8 +79,8 @@ void FieldResolver::prepare() {
   check_field_unit(found_.kind, found_.unit);
   if (kind.local && given_.role == FieldRole::induced) {
     throw SetupError(
-        formatted("field {}: its role must be 'local', because this field cannot be "
-                  "set",
+        formatted("field {}: its role must be 'local', because the site determines "
+                  "this field",
                   found_.kind));
   }
   found_.set_by_level = given_.is_induced();

@@ -133,7 +133,11 @@ def files() -> Iterator[Files]:
 
 def positional(value: Any) -> str:
     """A path as an argument; it is never taken for an option or for standard input."""
+    if not isinstance(value, (str, bytes, os.PathLike)):
+        raise DomainError(f"expected a path, not {value!r:.80}")
     path: str = os.fsdecode(os.fspath(value))
+    if "\0" in path:
+        raise DomainError(f"a path cannot contain a NUL character: {path!a}")
     try:
         path.encode("utf-8")
     except UnicodeEncodeError as error:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import datetime
 import re
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
@@ -41,7 +42,7 @@ def columns_of(table: Any) -> Dict[str, Array]:
         If the columns have different lengths, or two of them one name.
     """
     keys = list(table.columns if is_frame(table) else table)
-    columns = {str(key): np.asarray(table[key]) for key in keys}
+    columns = {str(key): array_of(table[key], f"column {str(key)!r}") for key in keys}
     if len(columns) != len(keys):
         raise DomainError("two columns of the table have the same name")
     sizes = {one.shape for one in columns.values()}
@@ -49,6 +50,20 @@ def columns_of(table: Any) -> Dict[str, Array]:
         shapes = ", ".join(f"{name}: {one.shape}" for name, one in columns.items())
         raise DomainError(f"the columns of the table must have one length; got {shapes}")
     return columns
+
+
+def array_of(value: Any, name: str) -> Array:
+    """An array.
+
+    Raises
+    ------
+    DomainError
+        If the rows of ``value`` have different lengths.
+    """
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise DomainError(f"{name}: rows of different lengths") from error
 
 
 def _floats(value: Any, name: str, expected: str) -> Floats:
@@ -117,7 +132,7 @@ def column(value: Any, rows: int, name: str) -> Array:
     DomainError
         If there are not as many values as readings.
     """
-    array = np.asarray(value)
+    array = array_of(value, name)
     if array.ndim != 1 or len(array) != rows:
         raise DomainError(f"{name}: expected {rows} values (one per reading), not an array of shape {array.shape}")
     return array
@@ -156,20 +171,24 @@ def whole_column(values: Any, name: str) -> Array:
 _UNIT_IN_NAME = re.compile(r"^(.+?)\s*[(\[]([^()\[\]]+)[)\]]$")
 
 
-def without_units(columns: Mapping[str, Array]) -> Tuple[Dict[str, Array], Optional[str]]:
-    """Columns such as "x (V)" by their names without the unit, and the unit; None if no name has one.
+def bare_name(name: str) -> str:
+    """The name of a column without its unit: "x" for "x (V)"."""
+    found = _UNIT_IN_NAME.match(name)
+    return found.group(1) if found else name
+
+
+def unit_of(names: Sequence[str]) -> Optional[str]:
+    """The unit in the names of the axes' columns, such as "x (V)"; None if no name has one.
 
     Raises
     ------
     DomainError
         If the columns have different units.
     """
-    found = {name: _UNIT_IN_NAME.match(name) for name in columns}
-    bare = {name: one.group(1) if one else name for name, one in found.items()}
-    units = {one.group(2).strip() for name, one in found.items() if one and bare[name] not in LABELS}
+    units = {found.group(2).strip() for found in map(_UNIT_IN_NAME.match, names) if found}
     if len(units) > 1:
-        raise DomainError(f"readings: the columns {', '.join(columns)} have different units; convert them to one unit")
-    return {bare[name]: values for name, values in columns.items()}, units.pop() if units else None
+        raise DomainError(f"readings: the columns {', '.join(names)} have different units; convert them to one unit")
+    return units.pop() if units else None
 
 
 def axes_of(columns: Mapping[str, Array], axes: Optional[Sequence[str]] = None) -> List[str]:
@@ -214,10 +233,21 @@ def seconds_of(times: Any) -> Floats:
 
 
 def times_of(values: Array) -> Array:
-    """Dates with a time zone (pandas) as datetime64[us] in UTC; other values unchanged."""
-    if values.dtype.kind != "O" or not len(values) or not hasattr(values[0], "timestamp"):
+    """Objects that are dates as datetime64[us] in UTC; other values unchanged.
+
+    A date without a time zone is in UTC, as datetime64 is.
+    """
+    if values.dtype.kind != "O" or not all(hasattr(one, "timestamp") or one is None for one in values):
         return values
-    return np.array([round(one.timestamp() * 1e6) for one in values], dtype="datetime64[us]")
+    return np.array([_utc_of(one) for one in values], dtype="datetime64[us]")
+
+
+def _utc_of(date: Any) -> np.datetime64:
+    if date is None or date != date:  # NaT
+        return np.datetime64("NaT")
+    if date.tzinfo is not None:
+        date = date.astimezone(datetime.timezone.utc).replace(tzinfo=None)
+    return np.datetime64(date, "us")
 
 
 def same(one: Any, other: Any) -> bool:
@@ -266,7 +296,7 @@ def table_of_csv(text: str) -> Table:
 
 
 def _cell(value: Any) -> str:
-    if value is None or value != value:
+    if value is None or type(value).__name__ in ("NAType", "NaTType") or value != value:
         return ""
     text = str(value)
     return '"' + text.replace('"', '""') + '"' if any(one in text for one in ',"\n\r') else text

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import datetime
 import functools
 import glob
 import os
@@ -17,7 +18,9 @@ from .arrays import (
     Array,
     Floats,
     Table,
+    array_of,
     axes_of,
+    bare_name,
     column,
     columns_of,
     csv_of,
@@ -28,10 +31,10 @@ from .arrays import (
     read_table,
     stacked,
     times_of,
+    unit_of,
     utc,
     vector,
     whole_column,
-    without_units,
 )
 from .calibration import Calibration, PathLike, _from_json, checked
 from .errors import DomainError, RefusedError, SetupError
@@ -161,7 +164,7 @@ def read_run(path: PathLike, axes: Optional[Sequence[str]] = None) -> Run:
         If the file is missing or malformed; the message starts with the place.
     """
     name = os.fspath(path)
-    axes = axes.split(",") if isinstance(axes, str) else axes
+    axes = None if axes is None else _names(axes)
     table = read_table(positional(name))
     for column_name in ("time", "date"):
         if column_name in table:
@@ -178,9 +181,10 @@ def _as_times(values: Any) -> Any:
     if values.dtype.kind != "U":
         return values if (times := utc(values)) is None else times
     try:
-        return np.array([one[:-1] if one.endswith("Z") else one for one in values], dtype="datetime64[us]")
+        dates = [datetime.datetime.fromisoformat(one[:-1] + "+00:00" if one.endswith("Z") else one) for one in values]
     except ValueError:
         return values
+    return times_of(np.array([*dates, None], dtype=object)[:-1])
 
 
 def _tell(calibration: Calibration, force: bool) -> Calibration:
@@ -215,11 +219,21 @@ class _Input(NamedTuple):
     options: Dict[str, Any]
     readings: Optional[Floats] = None  # arrays, if the call needs no text
     columns: Dict[str, Any] = {}
+    header: Dict[str, str] = {}  # the columns of the axes, if their names have units
 
     def arguments(self, at: Files) -> List[str]:
         # The command looks ahead in a file, but not in a pipe.
         path = at.text(self.text, name="readings.csv") if self.text else self.path
         return [path, *arguments_of(self.options, at)]
+
+
+def _names(axes: Any) -> List[str]:
+    if isinstance(axes, str):
+        return [one.strip() for one in axes.split(",")]
+    try:
+        return [str(one) for one in axes]
+    except TypeError as error:
+        raise DomainError(f"axes: expected the names of the columns, not {axes!r}") from error
 
 
 def _labels(values: Any) -> Any:
@@ -235,6 +249,8 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
         Columns that were given as keywords, such as rest and fence.
     """
     options = dict(options)
+    if options.get("axes") is not None and not isinstance(options["axes"], str):
+        options["axes"] = _names(options["axes"])
     own_columns = isinstance(readings, (Experiment, str, bytes, os.PathLike))
     if own_columns and given:
         raise DomainError(f"{sorted(given)[0]}: a file or an experiment has its own columns; give the readings as an array")
@@ -246,26 +262,39 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
     axes = axes.split(",") if isinstance(axes, str) else axes
     # The field in each reading, from a field of the user's own.
     table_field = options.get("field_table")
-    if table_field is not None and np.ndim(table_field) == 2:
+    if table_field is not None and not isinstance(table_field, str) and array_of(table_field, "field").ndim == 2:
         field = finite_matrix(options.pop("field_table"), "field")
+        if field.shape[1] != 3:
+            raise DomainError(f"field: expected an array of n x 3, not of n x {field.shape[1]}")
         given = {**given, **{f"f{one}": field[:, k] for k, one in enumerate("xyz")}}
     data: Optional[Floats] = None
     columns: Dict[str, Any]
+    header: Dict[str, str] = {}  # the columns of the axes, as a table names them
+    native_unit: Optional[str] = None
     if isinstance(readings, Run) or is_frame(readings) or isinstance(readings, dict):
         run_ = readings if isinstance(readings, Run) else None
         columns = dict(run_.table() if run_ is not None else columns_of(readings))
         names = axes or (run_._stated_axes if run_ is not None else None)
-        columns, unit = without_units(columns)
-        axes = names or (["x", "y", "z"] if {"x", "y", "z"} <= set(columns) else None)
+        bare = {bare_name(name): name for name in columns}
+        axes = names or (["x", "y", "z"] if {"x", "y", "z"} <= set(bare) else None)
         if names is not None:
             options["axes"] = list(names)
-        if unit is not None and options.setdefault("unit", unit) not in (unit, "1"):
-            raise DomainError(f"readings: the columns are in {unit}, the instrument in {options['unit']}; convert them")
-        if unit is not None:
-            options["unit"] = unit
-        if axes is not None and set(axes) <= set(columns):
-            data = finite_matrix(stacked(columns, axes))
-            columns = {name: one for name, one in columns.items() if name not in axes}
+        if axes is not None and set(axes) <= set(bare):
+            unit = unit_of([bare[axis] for axis in axes])
+            stated = options.get("unit")
+            if unit is not None and stated not in (None, unit, "1"):
+                raise DomainError(f"readings: the columns are in {unit}, the instrument in {stated}; convert them")
+            if unit is not None and stated == "1":
+                del options["unit"]  # the command takes it from the header
+            others = {name: one for name, one in columns.items() if bare_name(name) not in axes}
+            found = stacked({axis: columns[bare[axis]] for axis in axes}, axes)
+            numbers = [one for one in others.values() if one.dtype.kind in "fM"]
+            # Rows with missing values are left to the command.
+            if np.isfinite(found).all() and not any((one != one).any() for one in numbers):
+                data, columns = found, others
+                header = {axis: bare[axis] for axis in axes}
+                if unit is not None:
+                    native_unit = unit
     else:
         data = finite_matrix(readings)
         if data.shape[1] != 3 and axes is None:
@@ -286,14 +315,16 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
         and not ("time" in columns and columns["time"].dtype.kind in "OUS")
     )
     if is_native:
-        return _Input("-", "", options, data, columns)
+        if native_unit is not None:
+            options["unit"] = native_unit
+        return _Input("-", "", options, data, columns, header)
     for name in columns:
         if name in ("run", "block", "mount", "confirm") and columns[name].dtype.kind == "f" and name in given:
             whole_column(columns[name], name)
         elif name in ("time", "level", "samples", "fx", "fy", "fz") and columns[name].dtype.kind in "fM":
             finite_column(columns[name], name)
     if data is not None and axes is not None:
-        columns.update({axis: data[:, k] for k, axis in enumerate(axes)})
+        columns.update({header.get(axis, axis): data[:, k] for k, axis in enumerate(axes)})
     return _Input("-", csv_of(columns), options)
 
 
@@ -473,7 +504,7 @@ def calibrate_slots(readings: Any, *, rest: Any = None, fence: Any = None, force
     force : bool
         Return refused calibrations too.
     **options
-        As :func:`calibrate`; and assembly, slot_instrument, ...
+        As :func:`calibrate`; and assembly, ...
 
     Returns
     -------
@@ -496,7 +527,7 @@ def calibrate_slots(readings: Any, *, rest: Any = None, fence: Any = None, force
 def _all_columns(made: _Input) -> Dict[str, Any]:
     axes = made.options.get("axes") or ["x", "y", "z"]
     readings = made.readings if made.readings is not None else np.empty((0, 0))
-    return {**made.columns, **{axis: readings[:, k] for k, axis in enumerate(axes)}}
+    return {**made.columns, **{made.header.get(axis, axis): readings[:, k] for k, axis in enumerate(axes)}}
 
 
 def calibrate_imu(log_file: Any, *, force: bool = False, **options: Any) -> Dict[str, Calibration]:
@@ -522,6 +553,8 @@ def calibrate_imu(log_file: Any, *, force: bool = False, **options: Any) -> Dict
         If all calibrations are refused.
     """
     several = isinstance(log_file, (list, tuple)) and all(isinstance(one, (str, os.PathLike)) for one in log_file)
+    if several and not log_file:
+        raise DomainError("log_file: the list of logs is empty")
     with files() as at:
         paths = [log_path(one, at) for one in (log_file if several else [log_file])]
         return _records(["--imu", *paths, *arguments_of(options, at)], "record-{slot}.json", force, at)
@@ -552,7 +585,24 @@ def calibrate_units(readings: Any, *, force: bool = False, **options: Any) -> Li
     setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
     with files() as at:
         made = _input(readings, _given(None, None, setup), setup, at)
+        if made.readings is not None:
+            made = made._replace(text=csv_of(_all_columns(made)))
         return list(_records(made.arguments(at), "record-{serial}.json", force, at).values())
+
+
+def _numbers_of(columns: Dict[str, Any]) -> Dict[str, Any]:
+    """The columns of a log without those of words, such as names of frames. Times of text are read."""
+    found = {}
+    for name, values in columns.items():
+        values = times_of(values)
+        is_text = values.dtype.kind in "US" or (values.dtype.kind == "O" and any(isinstance(one, str) for one in values))
+        if is_text:
+            values = _as_times(values.astype(str))
+        if values.dtype.kind in "US":
+            log.info("column %r is not used: it holds words", name)
+        else:
+            found[name] = values
+    return found
 
 
 def log_path(value: Any, at: Any) -> str:
@@ -566,20 +616,30 @@ def log_path(value: Any, at: Any) -> str:
     elif is_frame(value) or isinstance(value, dict):
         columns = dict(columns_of(value))
         index = getattr(value, "index", None)
-        if "time" not in columns and getattr(index, "name", None) == "time":
+        is_time = getattr(index, "name", None) == "time" or getattr(getattr(index, "dtype", None), "kind", "") == "M"
+        if "time" not in columns and index is not None and is_time:
             columns = {"time": np.asarray(index), **columns}
+        columns = _numbers_of(columns)
     else:
         data = matrix(value, "samples")
         names = ["x", "y", "z"] if data.shape[1] == 3 else [f"c{k + 1}" for k in range(data.shape[1])]
         columns = {name: data[:, k] for k, name in enumerate(names)}
     if not columns or not len(next(iter(columns.values()))):
         raise DomainError("the log is empty")
-    table_ = np.empty(len(next(iter(columns.values()))), dtype=[(name, np.float64) for name in columns])
+    # The files of numpy have names of ASCII.
+    plain_names = {name: name.replace("\u00b5", "u").replace("\u03bc", "u").replace("\u00b0", "deg") for name in columns}
+    plain_names = {name: one.encode("ascii", "replace").decode() or "unnamed" for name, one in plain_names.items()}
+    if len(set(plain_names.values())) < len(columns):
+        raise DomainError(f"two columns of the log have the same name: {', '.join(columns)}")
+    rows = len(next(iter(columns.values())))
+    table_ = np.empty(rows, dtype=[(name, np.float64) for name in plain_names.values()])
     for name, one in columns.items():
-        one = times_of(np.asarray(one))
+        one = times_of(array_of(one, f"column {name!r}"))
         if one.dtype.kind == "M":
             one = (one - one[0]) / np.timedelta64(1, "s")
-        table_[name] = vector(one, f"column {name!r}")
+        elif one.dtype.kind == "m":
+            one = one / np.timedelta64(1, "s")
+        table_[plain_names[name]] = vector(one, f"column {name!r}")
     path: str = at.path(".npy")
     np.save(path, table_)
     return path

@@ -11,7 +11,8 @@ import numpy as np
 
 from . import _axiscal
 from ._options import arguments_of, files, plain, positional, write
-from .arrays import Array, Floats, columns_of, is_frame, matrix, stacked
+from ._messages import warn
+from .arrays import Array, Floats, array_of, bare_name, columns_of, is_frame, matrix, stacked
 from .errors import DataError, DomainError, RefusedError
 from .quantity import Quantity
 
@@ -42,6 +43,8 @@ class Calibration:
     """
 
     def __init__(self, record: "_axiscal.Record") -> None:
+        if not isinstance(record, _axiscal.Record):
+            raise DomainError("a Calibration is made by calibrate(), load() or Calibration.from_dict()")
         self._record = record
 
     @property
@@ -155,18 +158,22 @@ class Calibration:
         """Readings, n x m, and temperatures: 0 x 1 (none), n x 1 or n x m."""
         columns = self._columns(readings)
         if columns is None:
-            data = matrix(readings, "reading" if np.ndim(readings) == 1 else "readings")
+            data = matrix(readings, "reading" if array_of(readings, "readings").ndim == 1 else "readings")
         else:
             data = stacked(columns, self.axes)
             if temperature is None and self._record.has_temperature:
                 own = [f"{axis}_temperature" for axis in self.axes]
+                names = {bare_name(name.strip()).strip().lower(): name for name in columns}
                 if set(own) <= set(columns):
                     temperature = stacked(columns, own)
+                elif "temperature" in names:
+                    temperature = columns[names["temperature"]]
                 else:
-                    temperature = columns.get("temperature")
+                    warn("the readings have no column 'temperature': the reference temperature is used")
         heat = np.empty((0, 1))
         if temperature is not None:
-            heat = matrix(np.full(len(data), temperature) if np.ndim(temperature) == 0 else temperature, "temperature")
+            is_one = array_of(temperature, "temperature").ndim == 0
+            heat = matrix(np.full(len(data), temperature) if is_one else temperature, "temperature")
         return data, heat
 
     def apply(self, readings: Any, temperature: Any = None, force: bool = False) -> Any:
@@ -188,7 +195,8 @@ class Calibration:
             The field's components [field_unit]; NaN for rows that contain NaN. A single reading of
             m numbers gives 3 numbers. An instrument with fewer than three axes gives n x m, the
             component along each axis. A DataFrame gives a DataFrame that also has the angles, and
-            the column "flag": "clamped" or "extrapolated" (outside the calibrated temperatures).
+            the column "flag": "clamped", "extrapolated" (outside the calibrated temperatures) or
+            "unreadable" (a reading is NaN).
 
         Raises
         ------
@@ -204,18 +212,18 @@ class Calibration:
         data, heat = self._data(readings, temperature)
         result: Floats = self._record.apply(data, heat, force)
         if not is_frame(readings):
-            is_one = self._columns(readings) is None and np.ndim(readings) == 1
+            is_one = self._columns(readings) is None and array_of(readings, "readings").ndim == 1
             return result[0] if is_one else result
         import pandas
 
-        names = ["field_x", "field_y", "field_z"] if result.shape[1] == 3 else [f"field_{one}" for one in self.axes]
+        is_whole = len(self.axes) >= 3
+        names = ["field_x", "field_y", "field_z"] if is_whole else [f"component_{one}" for one in self.axes]
         frame = pandas.DataFrame(result, index=readings.index, columns=names)
-        if result.shape[1] == 3 and len(self.axes) >= 3:
-            angles, values, flags = self._record.derived(data, heat, None, force)
-            for index, name in enumerate(angles):
-                frame[name] = values[:, index]
-            words = np.array(["", "clamped", "extrapolated", "clamped extrapolated"])
-            frame["flag"] = words[flags & 3]
+        angles, values, flags = self._record.derived(data, heat, None, force)
+        for index, name in enumerate(angles):
+            frame[name] = values[:, index]
+        words = np.array(["", "clamped", "extrapolated", "clamped extrapolated"])
+        frame["flag"] = np.where(np.isfinite(data).all(axis=1), words[flags & 3], "unreadable")
         return frame
 
     def angles(
@@ -237,7 +245,8 @@ class Calibration:
         Returns
         -------
         dict of ndarray, n
-            "pitch_deg", "roll_deg", ... [degrees].
+            "pitch_deg", "roll_deg", ... [degrees]; "angle_x_deg", ... of an instrument with fewer
+            than three axes.
 
         Raises
         ------
@@ -246,7 +255,9 @@ class Calibration:
         """
         data, heat = self._data(readings, temperature)
         if up is not None:
-            up = matrix([up] * len(data) if np.ndim(up) == 1 else up, "up")
+            up = matrix(np.tile(up, (len(data), 1)) if array_of(up, "up").ndim == 1 else up, "up")
+            if up.shape == (len(data), 3) and not np.linalg.norm(up, axis=1).all():
+                raise DomainError("up: a row is zero; expected a direction in each row")
         names, values, _ = self._record.derived(data, heat, up, force)
         return {name: values[:, index] for index, name in enumerate(names)}
 
@@ -319,7 +330,11 @@ class Calibration:
 
         with files() as at:
             arguments = ["report", at.of(self)]
-            arguments += [] if readings is None else [positional(at.of(readings))]
+            if readings is not None:
+                file = at.of(readings)
+                if not isinstance(file, (str, os.PathLike)):
+                    raise DomainError("readings: expected a path, a Run or a DataFrame")
+                arguments.append(positional(file))
             run_program([*arguments, *arguments_of(options, at), "-o", positional(path)])
 
     def export(self, format: str, path: Optional[PathLike] = None, **options: Any) -> Union[str, bytes]:

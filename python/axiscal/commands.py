@@ -10,7 +10,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 import numpy as np
 
 from . import _axiscal
-from ._options import Output, arguments_of, files, option_value, positional, run, run_json, write
+from ._options import Files, Output, arguments_of, files, option_value, positional, run, run_json, write
 from .arrays import Array, Floats, Table, csv_of, same, table_of_csv, utc, vector
 from .calibrating import Experiment, _all_columns, _given, _input, _setup, log_path
 from .calibration import Calibration, PathLike, _from_json, load
@@ -253,8 +253,9 @@ def check(
     if isinstance(other, (Calibration, str, os.PathLike)):
         return dict(run_json("check", _document(calibration), _document(other), **options))
     cal = calibration if isinstance(calibration, Calibration) else load(calibration)
-    path, text = _new_readings(other, rest, fence, cal.axes, options)
-    return dict(run_json("check", cal, path, data=text, **options))
+    with files() as at:
+        path = _new_readings(other, rest, fence, cal.axes, options, at)
+        return dict(run(["check", str(at.of(cal)), path, *arguments_of(options, at), "--json"]).json())
 
 
 def _document(value: Any) -> Any:
@@ -262,22 +263,23 @@ def _document(value: Any) -> Any:
 
 
 def _new_readings(
-    readings: Any, rest: Any, fence: Any, axes: Optional[List[str]], options: Dict[str, Any]
-) -> Tuple[str, str]:
-    """The path and the text of readings of any form, for a subcommand."""
-    with files() as at:
-        is_array = not hasattr(readings, "table") and not hasattr(readings, "columns") and not isinstance(readings, dict)
-        setup = {"axes": axes} if is_array and axes is not None else {}
-        made = _input(readings, _given(rest, fence, options), setup, at)
-        return made.path, made.text if made.readings is None else csv_of(_all_columns(made))
+    readings: Any, rest: Any, fence: Any, axes: Optional[List[str]], options: Dict[str, Any], at: Files
+) -> str:
+    """The path of a file with readings of any form, for a subcommand."""
+    if isinstance(readings, Experiment):
+        raise DomainError("readings: expected a table or an array, not an Experiment")
+    is_array = not hasattr(readings, "table") and not hasattr(readings, "columns") and not isinstance(readings, dict)
+    setup = {"axes": axes} if is_array and axes is not None else {}
+    made = _input(readings, _given(rest, fence, options), setup, at)
+    return at.text(made.text if made.readings is None else csv_of(_all_columns(made)), name="readings.csv")
 
 
-def history(records: Union[PathLike, Iterable[Calibration]], **options: Any) -> Any:
+def history(records: Union[PathLike, Iterable[Union[Calibration, PathLike]]], **options: Any) -> Any:
     """Trends of the records of an instrument, and when a limit will be met.
 
     Parameters
     ----------
-    records : path or iterable of Calibration
+    records : path or iterable of Calibration or path
         A folder of records, a store, or the records.
     **options
         Options of ``axiscal check --history``: limits, ...
@@ -292,9 +294,15 @@ def history(records: Union[PathLike, Iterable[Calibration]], **options: Any) -> 
     with files() as at:
         folder = os.path.join(at.folder, "records")
         os.mkdir(folder)
-        for number, one in enumerate(records):
-            one.save(os.path.join(folder, f"{number:06d}.json"), force=True)
-        return run_json("check", history=folder, **options)
+        try:
+            many = list(records)
+        except TypeError as error:
+            raise DomainError(f"records: expected a folder, a store or several calibrations, not {records!r}") from error
+        for number, one in enumerate(many):
+            record = one if isinstance(one, Calibration) else load(one)
+            record.save(os.path.join(folder, f"{number:06d}.json"), force=True)
+        done = run(["check", f"--history={folder}", *arguments_of(options, at), "--json"])
+        return done._replace(data=done.data.replace((folder + os.sep).encode(), b"")).json()
 
 
 def characterize(references: Iterable[Tuple[Any, Any]], *, id: str, **options: Any) -> Dict[str, Any]:
@@ -402,6 +410,8 @@ def study(
         Bias, scatter, stated uncertainty and coverage of each parameter (JSON).
     """
     if merge is not None:
+        if isinstance(merge, (str, os.PathLike)) or not (merge := list(merge)):
+            raise DomainError("merge: expected a list of paths")
         return dict(run(["study", "--merge", *[positional(one) for one in merge], "--json"]).json())
     return dict(run_json("study", *_experiment(experiment), truth=truth, **options))
 
@@ -443,8 +453,9 @@ def level(source: Any, *, rest: Any = None, fence: Any = None, **options: Any) -
     setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
     if isinstance(source, (Calibration, str, os.PathLike)):
         return dict(run_json("level", _document(source), **setup))
-    path, text = _new_readings(source, rest, fence, None, setup)
-    return dict(run_json("level", path, data=text, **setup))
+    with files() as at:
+        path = _new_readings(source, rest, fence, None, setup, at)
+        return dict(run(["level", path, *arguments_of(setup, at), "--json"]).json())
 
 
 def site_field(**options: Any) -> Dict[str, Any]:
@@ -521,12 +532,14 @@ def import_(path: PathLike, format: str, **options: Any) -> Calibration:
     return _from_json(run(["import", positional(path), f"--format={format}", *arguments_of(options)]).text)
 
 
-def report(calibration: Calibration, path: PathLike, readings: Any = None, **options: Any) -> None:
+def report(
+    calibration: Union[Calibration, PathLike], path: PathLike, readings: Any = None, **options: Any
+) -> None:
     """Writes a report (.html) or a certificate (.pdf); as :meth:`Calibration.report`.
 
     Parameters
     ----------
-    calibration : Calibration
+    calibration : Calibration or path
     path : path
         File to write.
     readings : path, Run or DataFrame, optional
@@ -534,4 +547,4 @@ def report(calibration: Calibration, path: PathLike, readings: Any = None, **opt
     **options
         Options of ``axiscal report``: laboratory, history, noise, ...
     """
-    calibration.report(path, readings, **options)
+    (calibration if isinstance(calibration, Calibration) else load(calibration)).report(path, readings, **options)

@@ -31,6 +31,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/rounded_value.hpp"
+#include "axiscal/core/units.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/formulas/formula_field.hpp"
 #include "axiscal/logs/allan.hpp"
@@ -125,6 +126,35 @@ RowMajor apply(const Calibration& calibration,
   return result;
 }
 
+// As derived(), for an instrument with fewer than three axes: the angle of each axis.
+py::tuple angles_of_axes(const Calibration& calibration,
+                         const Reducer& reducer,
+                         const Rows& readings,
+                         const Rows& temperatures) {
+  std::vector<std::string> names;
+  for (const std::string& axis : calibration.sensor.instrument.axes) {
+    names.push_back(formatted("angle_{}_deg", axis));
+  }
+  RowMajor angles(readings.rows(), readings.cols());
+  std::vector<std::uint8_t> flags(static_cast<std::size_t>(readings.rows()), 0);
+  for (Eigen::Index i = 0; i < readings.rows(); ++i) {
+    for (Eigen::Index k = 0; k < readings.cols(); ++k) {
+      const std::optional<SensorTemperature> temperature =
+          temperatures.rows() == 0
+              ? std::nullopt
+              : std::optional<SensorTemperature>(temperatures(i, temperatures.cols() == 1 ? 0 : k));
+      const ReducedAxis axis =
+          reducer.reduce_axis(static_cast<std::size_t>(k), readings(i, k), temperature);
+      angles(i, k) = axis.angle_rad * deg_per_rad;
+      flags[static_cast<std::size_t>(i)] |=
+          static_cast<std::uint8_t>((axis.clamped ? 1U : 0U) | (axis.extrapolated ? 2U : 0U));
+    }
+  }
+  return py::make_tuple(
+      names, angles,
+      py::array_t<std::uint8_t>(static_cast<py::ssize_t>(flags.size()), flags.data()));
+}
+
 // Returns the names of the values that the kind of instrument derives from the field (d names), the
 // values of each reading (n x d), and the flags of each reading (n): 1: a value was clamped; 2: the
 // temperature is outside the calibrated range; 4: the reading does not determine the field.
@@ -141,7 +171,7 @@ py::tuple derived(const Calibration& calibration,
   require_columns(readings, reducer.axis_count());
   require_temperatures(readings, temperatures);
   if (!reducer.gives_components()) {
-    throw DomainError("angles: the instrument has fewer than three axes; use apply()");
+    return angles_of_axes(calibration, reducer, readings, temperatures);
   }
   if (up && (up->rows() != readings.rows() || up->cols() != 3)) {
     throw DomainError(formatted("up: expected an array of {} x 3, not of {} x {}", readings.rows(),

@@ -260,7 +260,7 @@ const char* name_of(RetestKind kind) {
     case RetestKind::bad_unit:
       return "bad unit: the retest failed with the same coefficients";
     case RetestKind::unstable:
-      return "unstable unit: the retest failed with other coefficients";
+      return "unstable unit: the retest also failed, but with different coefficients";
     case RetestKind::passed_both:
       return "passed both tests";
   }

@@ -211,8 +211,79 @@ def test_log_forms(tmp_path: pathlib.Path) -> None:
     assert set(series.to_dict()) >= {"x", "y", "z"}
     with pytest.raises(ax.DomainError, match="no column 'nope'"):
         series["nope"]
-    with pytest.raises(ax.DomainError, match="column 'x': expected"):
+    with pytest.raises(ax.DataError, match="its columns are y, z"):
         ax.find_rests({"x": np.array(["a", "b"]), "y": np.zeros(2), "z": np.zeros(2)})
+    words = frame.assign(frame_id="imu", time=frame.time.map(lambda t: f"2026-01-01T00:00:{t:09.6f}"))
+    words = words[words.time.str.len() == 26].rename(columns={"x": "x"})
+    units = frame.assign(**{"temp (\u00b0C)": 20.0})
+    assert len(ax.find_rests(units, columns="x,y,z")["x"]) == len(expected["x"])
+    assert len(ax.find_rests(words)["x"]) > 0
     with pytest.raises(ax.DomainError, match="the log is empty"):
         ax.find_rests({})
     assert not os.path.exists("zzz")
+
+
+def test_units_in_the_header_are_never_lost(cal: ax.Calibration, run: ax.Run) -> None:
+    frame = run.to_dataframe()
+    millivolts = frame.rename(columns={axis: f"{axis} (mV)" for axis in "xyz"})
+    for axis in "xyz":
+        millivolts[f"{axis} (mV)"] *= 1e3
+    assert not ax.check(cal, millivolts)["drifted"]
+    assert ax.check(cal, frame.rename(columns={axis: f"{axis} (mV)" for axis in "xyz"}))["drifted"]
+    others = frame.assign(**{"humidity (%)": 50.0, "Temperature (degC)": 20.0})
+    np.testing.assert_array_equal(ax.calibrate(others, instrument=ACCELEROMETER).bias, cal.bias)
+
+
+def test_a_column_temperature_of_any_spelling(warm: ax.Calibration) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"x": [0.9], "y": [0.0], "z": [2.3], "temperature": [35.0]})
+    expected = warm.apply(frame).field_x[0]
+    for name in ("temperature (degC)", "Temperature", " temperature "):
+        assert warm.apply(frame.rename(columns={"temperature": name})).field_x[0] == expected
+    with pytest.warns(ax.CalibrationWarning, match="reference temperature is used"):
+        assert warm.apply(frame.drop(columns="temperature")).field_x[0] != expected
+    assert list(warm.apply(frame.assign(x=np.nan)).flag) == ["unreadable"]
+
+
+def test_dates_without_a_zone_are_utc(run: ax.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    import datetime
+    import time
+
+    monkeypatch.setenv("TZ", "America/New_York")
+    time.tzset()
+    times = [datetime.datetime(2024, 1, 1, 12, 0) + datetime.timedelta(minutes=one) for one in range(12)]
+    found = [
+        ax.calibrate(run.readings, rest=run.rest, fence=run.fence, instrument=ACCELEROMETER, time=one).measured
+        for one in (times, np.array(times, "datetime64[us]"))
+    ]
+    monkeypatch.delenv("TZ")
+    time.tzset()
+    assert found[0] == found[1] == np.datetime64("2024-01-01T12:11")
+
+
+def test_two_axes(run: ax.Run) -> None:
+    pytest.importorskip("pandas")
+    frame = run.to_dataframe()[["rest", "fence", "x", "y"]]
+    two = ax.calibrate(frame, instrument=ACCELEROMETER, axes=["x", "y"])
+    found = two.apply(frame)
+    assert list(found) == ["component_x", "component_y", "angle_x_deg", "angle_y_deg", "flag"]
+    assert set(two.angles(frame)) == {"angle_x_deg", "angle_y_deg"}
+
+
+def test_wrong_types_are_named(cal: ax.Calibration, run: ax.Run) -> None:
+    for call in (
+        lambda: ax.load(None),  # type: ignore[arg-type]
+        lambda: ax.history(3),  # type: ignore[arg-type]
+        lambda: ax.calibrate_imu([]),
+        lambda: ax.study(merge="a.json"),
+        lambda: ax.check(cal, ax.Experiment()),
+        lambda: ax.Calibration(3),  # type: ignore[arg-type]
+        lambda: cal.apply([[1.0, 2.0, 3.0], [1.0, 2.0]]),
+        lambda: ax.report(cal, "r.html", run.readings),
+        lambda: ax.calibrate(run, instrument=ACCELEROMETER, axes=3),
+        lambda: ax.calibrate(run.readings, rest=[["a"], ["b", "c"]], fence=run.fence, instrument=ACCELEROMETER),
+    ):
+        with pytest.raises(ax.Error):
+            call()  # type: ignore[no-untyped-call]
+    with pytest.raises(ax.Error, match="serial"):
+        ax.calibrate_units(run, instrument=ACCELEROMETER)

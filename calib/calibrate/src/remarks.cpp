@@ -343,7 +343,7 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
          .message = formatted(
              "axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
              calibration.sensor.instrument.axes[static_cast<std::size_t>(k)], number_text(ratio, 3),
-             nominal, reason, by_unit ? ", or give the nominal sensitivity if it differs" : "")});
+             nominal, reason, by_unit ? ", or give the right nominal sensitivity" : "")});
   }
 }
 

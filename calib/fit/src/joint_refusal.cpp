@@ -79,8 +79,8 @@ void require_direction(const Fit& run, const JointSolution& solution) {
       formatted("add readings at {}, or use the method 'known' if the table is level", points);
   if (points.empty()) {
     advice = set.also_in_table.empty()
-                 ? "also take each rest face with the opposite fence face, or use the method "
-                   "'known' if the table is level"
+                 ? "repeat the reading on each rest face with the opposite face at the fence, or "
+                   "use the method 'known' if the table is level"
                  : "use the method 'known' and give the field's direction (the site and the "
                    "fence's azimuth, or the field's vector in the table's frame)";
   }

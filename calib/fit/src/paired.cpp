@@ -239,9 +239,9 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
   OppositePairs opposites = find_opposite_pairs(set);
   if (opposites.pairs.empty()) {
     throw RefusedError(
-        "method 'paired': no reading has its opposite (same rest face, block and level; opposite "
-        "fence face). Also take each rest face with the opposite fence face, or use the method "
-        "'joint' or 'known'",
+        "method 'paired': no reading has an opposite reading (same rest face, block and level, "
+        "but the opposite fence face). Repeat the reading on each rest face with the opposite face "
+        "at the fence, or use the method 'joint' or 'known'",
         {settings::method});
   }
   const Pooled pooled(opposites.pairs);

@@ -75,7 +75,7 @@ void put(World& world, std::string_view name, const std::vector<double>& values)
     for (const Entry& one : entries) {
       names.push_back(one.name);
     }
-    throw DomainError(formatted("'{}' is not a known effect (an entry of 'world'){}", name,
+    throw DomainError(formatted("'{}' in 'world' is not a known effect{}", name,
                                 did_you_mean(name, names, "the entries are " + world_names())));
   }
   for (const double value : values) {

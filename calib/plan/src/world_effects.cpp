@@ -154,7 +154,8 @@ Eigen::VectorXd rounded(Eigen::VectorXd response, const SimulationOptions& optio
 void check_simulation(const SensorModel& truth, const SimulationOptions& options) {
   const Eigen::Index m = truth.response.bias.size();
   if (truth.response.sensitivity.rows() != m) {
-    throw DomainError("simulate: the truth needs a bias and a row of sensitivities for each axis");
+    throw DomainError(
+        "simulate: the true model needs a bias and a row of sensitivities for each axis");
   }
   const Eigen::VectorXd noise = noise_of_axes(options, m);
   if (!(noise.array() >= 0.0).all() || !noise.allFinite() || !(options.temperature_sd >= 0.0) ||

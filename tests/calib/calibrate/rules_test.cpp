@@ -77,7 +77,7 @@ TEST_F(Rule, NamesTwoSolutions) {
 TEST_F(Rule, NamesReadingsThatDoNotSettle) {
   estimate_.sight.unsettled = true;
   expect_one(one_sided_unsettled_rule(), WarningCode::one_sided_unsettled,
-             "almost from the side of a one-sided axis");
+             "almost perpendicular to a one-sided axis");
 }
 
 TEST_F(Rule, NamesAGap) {

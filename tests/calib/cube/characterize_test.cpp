@@ -536,7 +536,7 @@ TEST(Characterize, RefusesWhatCannotBeMeasured) {
   EXPECT_THAT(complaint(without([](const DesignPoint& p) { return p.rest() == Face::minus_y; })),
               HasSubstr("no reading has the rest face -Y"));
   EXPECT_THAT(complaint(without([](const DesignPoint& p) { return !is_positive(p.fence()); })),
-              HasSubstr("no reading has its opposite"));
+              HasSubstr("no reading has an opposite reading"));
   std::vector<Reference> references = good;
   references[0].calibration.sensor.response.sensitivity.row(2) =
       references[0].calibration.sensor.response.sensitivity.row(1);

@@ -10,8 +10,8 @@ void find_one_sided_unsettled(const JudgedRun& run, Warnings& found) {
   if (run.estimate.sight.unsettled) {
     found.add(
         WarningCode::one_sided_unsettled, {},
-        "the fit does not converge, because the light comes almost from the side of a one-sided "
-        "axis in one reading; move the lamp a little, or leave out that reading");
+        "the fit does not converge, because in one reading the light is almost perpendicular to "
+        "a one-sided axis; move the lamp a little, or leave out that reading");
   }
 }
 

@@ -16,8 +16,9 @@ void find_uncertain_direction(const JudgedRun& run, Warnings& found) {
         WarningCode::uncertain_direction, {},
         formatted(
             "the readings hardly determine the field's direction in the table's frame (standard "
-            "error {} rad), so the sensitivities are uncertain; also take each rest face with the "
-            "opposite fence face, or use the method 'known' if the table is level",
+            "error {} rad), so the sensitivities are uncertain; repeat the reading on each rest "
+            "face with the opposite face at the fence, or use the method 'known' if the table is "
+            "level",
             number_text(run.estimate.direction.se_rad, 2)));
   }
 }
