@@ -293,7 +293,7 @@ struct Milliseconds {
   double detection = 0.0;
   double accelerometer = 0.0;
   double gyroscope = 0.0;
-  double calibrating = 0.0;  // sum of detection, accelerometer and gyroscope
+  double calibrating = 0.0;  // total time of detection, accelerometer fit and gyroscope fit
 };
 
 struct Result {

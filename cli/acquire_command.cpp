@@ -156,8 +156,8 @@ std::vector<RunSheetRow> sheet_for(const AcquireCommand& command) {
   return command.plan ? read_sheet_file(*command.plan) : make_sheet(command.sheet);
 }
 
-// Applies the option --noise. Its value is the standard deviation of a sample, or the name of a
-// file that `axiscal noise --json` wrote.
+// Applies the option --noise. Its value is the standard deviation of the noise of one sample, or
+// the name of a file that `axiscal noise --json` wrote.
 void set_noise(const AcquireCommand& command, const Instrument& instrument, SessionSetup& setup) {
   if (!command.noise) {
     return;
@@ -176,7 +176,7 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
     const auto column = std::find_if(noise.columns.begin(), noise.columns.end(),
                                      [&](const ColumnNoise& one) { return one.name == axis; });
     if (column == noise.columns.end()) {
-      throw DataError(*command.noise, formatted("lacks the column '{}'", axis));
+      throw DataError(*command.noise, formatted("the column '{}' is missing", axis));
     }
     setup.stillness.noise_sd(k) =
         column->model.coefficient(NoiseKind::white) * std::sqrt(noise.rate_hz);
@@ -603,8 +603,8 @@ void print_result(const AcquireCommand& command,
   }
 }
 
-// Checks the output files before the session starts, because an error at its end would lose the
-// session.
+// Checks the output files before the session starts, because an error at the end would lose the
+// results.
 void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots) {
   std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
   std::vector<std::string> all = {outputs.observations};

@@ -51,9 +51,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               Need::required);
   options.add("readings", command.readings, "FILE",
               "raw readings (CSV), or a log of any format; - is stdin");
-  options.add(
-      "more", command.more, "FILE",
-      "records of the other sensors of a log, if it has several; the log is then the last file");
+  options.add("more", command.more, "FILE",
+              "records of the other sensors, if a log has several; the log is then the last file");
   options.add_output(
       command.output,
       "output file; - is stdout. FILE.npy contains only the results, for NumPy [default: -]");
@@ -459,9 +458,9 @@ int run_one(const ApplyCommand& command) {
   } else if (command.alarm) {
     throw UsageError("--alarm: requires --joint");
   }
-  // The output of --follow never ends, so a temporary file would never be renamed. It is therefore
-  // written directly to the output file. Opening that file empties it, so all options are checked
-  // first.
+  // The output of --follow never ends, so a temporary file would never be renamed. The rows are
+  // therefore written directly to the output file. Opening the output file empties it, so all
+  // options are checked first.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const std::vector<ReadingColumn> columns = columns_in(csv, calibration);
@@ -487,7 +486,7 @@ int run_one(const ApplyCommand& command) {
                  "residual and direction are not computed");
   }
   if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
-    print_remark("note", "with 2 axes the third component is known only up to its sign");
+    print_remark("note", "with 2 axes, the third component is known only up to its sign");
   }
   const auto print_rows = [&](std::size_t rows, const std::string& fact) {
     if (rows > 0) {

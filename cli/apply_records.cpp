@@ -49,7 +49,7 @@ Corrected of_record(const std::string& path,
     return !kinds.empty() && one.kind == kinds.front();
   });
   if (sensor == sensors.end()) {
-    throw DataError(log, formatted("contains no sensor of the kind {}, for which the record {} was "
+    throw DataError(log, formatted("the log contains no {}, for which the record {} was "
                                    "made",
                                    instrument.kind, path));
   }

@@ -9,8 +9,8 @@
 namespace axiscal::cli {
 
 /// Corrects the readings of the sensors in a log. Writes a table with the time and the corrected
-/// field of each sensor. The unit is that of the field in the sensor's record. The columns keep the
-/// names that they have in the log.
+/// field of each sensor, in the field unit of the sensor's record. The columns keep the names that
+/// they have in the log.
 ///
 /// @param records  files of records of three-axis instruments, at most one record per kind.
 /// @param log      a log of any format; - is standard input.

@@ -214,8 +214,8 @@ void show_monte_carlo(const Calibration& calibration,
     shown.text += formatted("  {:<20}{:>12.3g}{:>12.3g}{:>12.3g}{}\n", check.name, check.low_95,
                             check.high_95, check.linear_expanded,
                             check.agrees ? ""
-                                         : "  differs: use the range of the trials (from, "
-                                           "to)");
+                                         : "  linear value differs: use the range of the "
+                                           "trials (from, to)");
     shown.json["monte_carlo"].push_back({{"name", check.name},
                                          {"mean_error", check.mean_error},
                                          {"sd", check.sd},

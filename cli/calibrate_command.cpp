@@ -301,7 +301,8 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
   return outcome;
 }
 
-// Returns the scatter of the earlier records of the same instrument; nullopt without --history.
+// Returns the scatter of the biases between blocks, estimated from earlier records; nullopt without
+// --history.
 std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
                                          const std::vector<Calibration>& earlier,
                                          const Experiment& experiment,
@@ -346,7 +347,7 @@ void describe_unit(const CalibrateCommand& command,
     try {
       unit.record =
           calibration_json(calibration, command.stream ? JsonLayout::one_line : JsonLayout::lines);
-    } catch (const DomainError& error) {  // the record would be unreadable
+    } catch (const DomainError& error) {  // readers would refuse the record
       unit.result = "error";
       unit.reason = error.what();
     }
@@ -745,8 +746,8 @@ std::set<std::string> units_of_axes(const TableText& text, const ExperimentOptio
   return units;
 }
 
-// Returns true if two different units measure the same quantity. An unknown unit measures the same
-// quantity as a unit that differs only by a prefix, as mV does from V.
+// Returns true if two different units measure the same quantity. If a unit is unknown, the two
+// units measure the same quantity only if they differ by a prefix, such as V and mV.
 bool are_of_one_quantity(std::string_view a, std::string_view b, SeriesKind kind) {
   const std::optional<KnownUnit> known_a = known_unit(a, kind);
   const std::optional<KnownUnit> known_b = known_unit(b, kind);
@@ -930,8 +931,8 @@ int run(const CalibrateCommand& command) {
   experiment.fit.process = process_of(command, earlier, experiment, run);
   if (command.history && !experiment.fit.process) {
     print_remark("note", *command.history +
-                             ": contains no earlier records of the unit, so the changes of the "
-                             "biases between blocks are unknown");
+                             ": there are no earlier records of the unit here, so the changes of "
+                             "the biases between blocks are unknown");
   }
   if (command.output) {
     check_output(*command.output, experiment, run);

@@ -25,9 +25,10 @@ struct CalibrateCommand {
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table, calibrated;
-  std::optional<std::string> align;  ///< record of a second instrument in the same file
-  /// For method `attitude`: `body` is the file of an earlier rotation, which the readings in the
-  /// file `tare` correct.
+  /// record of a second instrument whose readings are in the same file as those of the first
+  std::optional<std::string> align;
+  /// For method `attitude`: `body` is the file of an earlier rotation, and `tare` is a file with
+  /// readings that correct this rotation.
   std::optional<std::string> body, tare;
   std::optional<std::string> shard;        ///< for --stream: I/N, calibrate only part I of N parts
   std::optional<std::string> serial_from;  ///< file whose first line is the serial number
@@ -55,7 +56,7 @@ struct Unit {
   std::string serial;
   std::string result;  ///< "pass", "fail", "ok", "warning", "refused", "error"
   std::string reason;
-  std::vector<double> cells;  ///< row of a table: value, standard uncertainty of each parameter
+  std::vector<double> cells;  ///< table row: value and standard uncertainty of each parameter
   std::string record;         ///< JSON of the record; empty if it is not stored
 };
 

@@ -107,7 +107,7 @@ std::string changes_text(const std::vector<ParameterChange>& changes, bool with_
   return text;
 }
 
-// Returns the changes with angles in degrees.
+// Converts the angles in `changes` from radians to degrees.
 std::vector<ParameterChange> in_degrees(std::vector<ParameterChange> changes) {
   for (ParameterChange& change : changes) {
     if (change.parameter.starts_with("angle.")) {
@@ -223,7 +223,7 @@ int run_history(const CheckCommand& command) {
     }
   }
   if (units.empty()) {
-    throw DataError(*command.history, "contains no calibration records (*.json)");
+    throw DataError(*command.history, "there are no calibration records (*.json) here");
   }
   std::string text;
   for (const UnitHistory& unit : units) {

@@ -40,11 +40,12 @@ void require_one_design(const Store& store, const StoreFilter& filter, const std
     }
     if (counts.size() > 1) {
       throw DataError(
-          name, formatted("has tests of several {}: {}; choose one with {}", what, list, option));
+          name, formatted("the store contains tests of several {}: {}; choose one with {}", what,
+                          list, option));
     }
   };
   if (kinds.empty()) {
-    throw DataError(name, "contains no calibrations that match the options");
+    throw DataError(name, "no calibration in this store matches the options");
   }
   require_one(kinds, "kinds", "--kind");
   require_one(models, "models", "--model");

@@ -25,7 +25,7 @@ namespace {
 std::string rests_text(const ImuCalibration& imu) {
   const Segmentation& rests = imu.rests;
   std::string text =
-      formatted("{} rests in {:.1f} s at {:.5g} Hz, threshold of the variance {:.4g}\n",
+      formatted("{} rests found in {:.1f} s at {:.5g} Hz; variance threshold for rest {:.4g}\n",
                 rests.intervals.size(), static_cast<double>(rests.samples) / rests.rate_hz,
                 rests.rate_hz, rests.threshold);
   if (imu.turns) {
@@ -184,7 +184,7 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   if (known.sensor.instrument.axis_count() != 3 || !known.sensor.also.empty() ||
       known.sensor.field.kind != "gravity") {
     throw DataError(*command.known_accelerometer,
-                    "must be the record of an accelerometer with three axes");
+                    "this file must be the record of an accelerometer with three axes");
   }
   if (unit != "1" && known.sensor.instrument.unit != "1" && known.sensor.instrument.unit != unit) {
     throw DataError(
@@ -236,17 +236,17 @@ std::string unit_of_columns(const RecordedLog& log, const std::vector<std::strin
   return columns.size() == 3 ? unit_of_gravity(*columns[0], *columns[1], *columns[2]) : "";
 }
 
-// The records of the sensors with one instance number, and the sensors that could not be
+// The records of the sensors that have the same instance number, and the sensors that could not be
 // calibrated.
 struct InstanceRecords {
   std::vector<Calibration> records;
   std::vector<FailedSensor> failed;
 };
 
-// Adapts the options to files that contain one rest each. This is assumed if the shortest file is
-// less than twice as long as the shortest permitted rest. The shortest permitted rest then becomes
-// 40 % of that file's length. The window is reduced to at most 20 % of the file's length, and the
-// trim to at most 5 %.
+// Adapts the options if each file contains only one period at rest. This is assumed if the shortest
+// file is less than twice as long as the shortest permitted period at rest. That limit then becomes
+// 40 % of the length of the shortest file. The window is reduced to at most 20 % of this length,
+// and the trim to at most 5 %.
 void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   if (input.begins.empty()) {
     return;
@@ -349,7 +349,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   return {.records = std::move(records), .failed = std::move(imu.failed)};
 }
 
-// Delivers the records, then prints the sensors that could not be calibrated.
+// Writes the records to the output files, then prints the sensors that could not be calibrated.
 int deliver_of_log(const CalibrateCommand& command,
                    const std::vector<Calibration>& records,
                    const std::vector<FailedSensor>& failed,
@@ -374,7 +374,7 @@ int run_imu(const CalibrateCommand& command) {
       command.accept_suggestion) {
     throw UsageError(
         "--imu: cannot be combined with --align (the three sensors are aligned anyway), --limits, "
-        "--table, --history or --accept-suggestion; check the records afterwards");
+        "--table, --history or --accept-suggestion; use `axiscal check` on the records");
   }
   check_only(command);
   std::vector<std::string> paths = {*command.imu};
@@ -403,7 +403,9 @@ int run_imu(const CalibrateCommand& command) {
   if (command.output && *command.output != "-" && wanted > 1 &&
       command.output->find("{slot}") == std::string::npos) {
     throw UsageError(formatted(
-        "-o: {} records are made from the log; the file name must contain {{slot}}", wanted));
+        "-o: the log gives {} records, one for each sensor; write {{slot}} in the file name for "
+        "the name of the sensor, as in imu-{{slot}}.json",
+        wanted));
   }
   const bool has_usual =
       find_column(input.log.columns, "ax") && find_column(input.log.columns, "ay");
@@ -414,10 +416,10 @@ int run_imu(const CalibrateCommand& command) {
       found += (found.empty() ? "" : "; ") + sensor.words;
     }
     throw DataError(*command.imu,
-                    formatted("contains no accelerometer whose readings include gravity and vary; "
-                              "it contains: {}. The linear acceleration of phones excludes "
-                              "gravity: record the acceleration with gravity. To use other "
-                              "columns, give --accelerometer X,Y,Z",
+                    formatted("this log contains no accelerometer whose readings include gravity "
+                              "and vary; its sensors are: {}. The linear acceleration of phones "
+                              "excludes gravity: record the acceleration with gravity. To use "
+                              "other columns, give --accelerometer X,Y,Z",
                               found));
   }
   std::vector<Calibration> records;
@@ -440,8 +442,8 @@ int run_imu(const CalibrateCommand& command) {
     records.front().findings.notes.push_back(
         {NoteCode::input,
          formatted("the log has up to {} sensors of one kind; only the first of each kind is "
-                   "calibrated (--instance N selects another; {{instance}} in the name of -o "
-                   "selects all)",
+                   "calibrated (--instance N selects another sensor; {{instance}} in the file "
+                   "name of -o selects all sensors)",
                    instances)});
   }
   return deliver_of_log(command, records, failed, heading);

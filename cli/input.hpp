@@ -34,7 +34,7 @@ struct TableReading {
   std::string of_recording;
 };
 
-/// Reads a table of observations, with the SHA-256 of its file.
+/// Reads a table of observations and computes the SHA-256 of its file.
 /// @param beside  columns of a second instrument in the same rows.
 /// @throws DataError  if the file is not a valid table of observations.
 [[nodiscard]] ObservationsFile read_observations_file(

@@ -108,7 +108,7 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
   const SeriesSummary& one = summary.series[accelerometer.series];
   const double still_s = one.still_to_s - one.still_from_s;
   const double span_s = one.end_s - one.start_s;
-  // A log is a calibration log only if its longest rest is at most this share of its duration.
+  // In a calibration log, the longest period at rest is at most this share of the log's duration.
   constexpr double most = 0.34;
   constexpr double shortest_s = 1.0;
   constexpr std::size_t most_readings = 500;
@@ -125,13 +125,13 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
   }
   if (still_s > most * span_s) {
     constexpr double nearly_all = 0.9;
-    return std::string("the accelerometer is still ") +
+    return std::string("the accelerometer is at rest ") +
            (still_s > nearly_all * span_s ? "all the time\n" : "most of the time\n") +
            next_of(formatted("noise {} -o noise.txt", file));
   }
   if (still_s < shortest_s) {
-    return "the accelerometer is never still for a second, so this log cannot be used to calibrate "
-           "it.\nLog the accelerometer at rest for some seconds in each of 12 or more "
+    return "the accelerometer is never at rest for a second or longer, so this log cannot be used "
+           "to calibrate it.\nLog the accelerometer at rest for some seconds in each of 12 or more "
            "orientations, and run\n`calibrate --imu` on the new log\n";
   }
   return formatted("the accelerometer's longest rest is from {} to {} s after its first sample\n",
@@ -139,8 +139,8 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
          next_of(formatted("calibrate --imu {} {}", file, output));
 }
 
-// Returns the next command for a log in which no sensor is recognised. It assumes that the first
-// three columns with varying values in one series are the axes of a sensor.
+// Returns the next command for a log in which no sensor is recognised. The command assumes that the
+// first three columns with varying values in one series are the axes of a sensor.
 std::string next_for_unknown(const RecordingSummary& summary, const std::string& file) {
   for (const SeriesSummary& one : summary.series) {
     std::vector<std::string> three;
@@ -156,9 +156,9 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
     }
     const std::string columns = quoted(joined(three, ","));
     return formatted(
-               "no accelerometer, gyroscope or magnetometer was recognised by names, units or "
-               "numbers;\nif the columns {} are the axes of {}, use this command; otherwise, name "
-               "other columns in it:\n",
+               "no accelerometer, gyroscope or magnetometer was recognised from the column "
+               "names, units or values;\nif the columns {} are the axes of {}, use this command; "
+               "otherwise, replace the\ncolumns in the command:\n",
                joined(three),
                has_times(one) ? "an accelerometer"
                               : "a magnetometer that was "

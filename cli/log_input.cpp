@@ -64,10 +64,10 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
   log.add("--threshold", rests.threshold, "V",
           "threshold of the variance; while the variance is below it, the instrument is at rest "
           "[default: chosen from the data]");
-  log.add("--plan", rests.plan, "SHEET", "run sheet with the seats of the cube in their order");
+  log.add("--plan", rests.plan, "SHEET", "run sheet that lists the cube's seats in order");
   log.add("--regions", rests.regions, "FILE|COLUMN",
           "with `calibrate`: known rests and whole turns, from a file (axiscal-regions, JSON) or "
-          "from the table's column that names them (x_p, x_a, x_rot)");
+          "from the log's column that names them (x_p, x_a, x_rot)");
   log.add("--first-fence", rests.first_fence, "FACE",
           "face at the fence in the first rest, if seats are recognised");
   log.add("--accelerometer", rests.accelerometer, "X,Y,Z",

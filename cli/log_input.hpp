@@ -19,7 +19,7 @@ struct LogOptions {
   std::optional<std::string> rate, instance;
 };
 
-/// The options for finding the rests in a raw log, with unparsed values.
+/// The options for finding the periods at rest in a raw log, with unparsed values.
 struct RestOptions {
   LogOptions log;
   std::optional<std::string> window, shortest, trim, threshold, range;

@@ -7,7 +7,8 @@
 
 namespace axiscal::cli {
 
-/// @return the message of an error, followed in brackets by the options that set its settings.
+/// @return the message of an error, followed in brackets by the options for the settings that would
+///         remedy the error.
 [[nodiscard]] std::string with_options(const Error& error);
 
 }  // namespace axiscal::cli

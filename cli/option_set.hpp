@@ -28,11 +28,11 @@ enum class Known : std::uint8_t { all, typed };
 /// denotes an argument. The variables for the values must outlive the parsing.
 class OptionSet {
  public:
-  /// @param typed  the whole command line; must outlive this object.
+  /// @param typed  the whole command line, which must outlive this object.
   OptionSet(CLI::App& app, const std::vector<std::string>& typed, Known known);
 
-  /// @return the same set with another heading. Options added to it appear under this heading of
-  ///         the help.
+  /// @return the same set with another heading. In the help, options that are added to the result
+  ///         appear under this heading.
   [[nodiscard]] OptionSet group(const char* heading) const;
 
   /// @param type  type of the value, as the help shows it, for example "FILE" or "DEG".

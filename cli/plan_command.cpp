@@ -127,8 +127,8 @@ bool states_noise(const PlanCommand& command) {
   return command.noise || command.noise_log;
 }
 
-// Returns the noise for the forecast. It is the standard deviation of a sample (--noise), or the
-// Allan deviation of the log --noise-log at the dwell time.
+// Returns the noise for the forecast: the standard deviation of one sample (--noise), or the Allan
+// deviation of the samples in the file --noise-log at the dwell time.
 // @param kind  kind of the planned instrument.
 double noise_of(const PlanCommand& command, const std::string& kind) {
   if (command.dwell && !command.noise_log) {

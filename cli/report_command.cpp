@@ -90,8 +90,10 @@ std::optional<Observations> readings_for(const Calibration& calibration,
     observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();
   }
   if (observations.response.cols() != m) {
-    throw DataError(
-        path, formatted("contains the slots {}, but the record is of another slot", joined(slots)));
+    throw DataError(path,
+                    formatted("the readings in this file are of the slots {}, but the record is of "
+                              "another slot",
+                              joined(slots)));
   }
   return observations;
 }

@@ -43,11 +43,10 @@ std::vector<Run> read_files(const ExperimentFile& experiment,
                             error.columns().end();
                    });
       const std::string advice = is_axis ? column_advice(error, "--axes", "") : "";
-      throw error.with(advice.empty() && is_axis && !there.empty()
-                           ? formatted("; if the instrument has only the axes that exist, use "
-                                       "--axes {}",
-                                       joined(there, ","))
-                           : advice);
+      throw error.with(
+          advice.empty() && is_axis && !there.empty()
+              ? formatted("; if the instrument has no such axis, use --axes {}", joined(there, ","))
+              : advice);
     }
     files.push_back(std::move(file.run));
     if (beside) {

@@ -44,8 +44,8 @@ std::optional<Face> face_of_file(const std::string& path) {
   return *face->is_up ? opposite(face->face) : face->face;
 }
 
-// Returns the face on the table in each rest, according to the file names. The result is empty
-// unless each rest has its own file and each file name states a face.
+// Returns the face on the table in each period at rest, according to the file names. The result is
+// empty unless each period has its own file and each file name states a face.
 std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   std::vector<std::optional<Face>> faces;
   if (run.inputs.size() != run.observations.readings.size()) {
@@ -60,8 +60,9 @@ std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   return faces;
 }
 
-// Checks that the file names and the measured gravity give the same face in every rest, or opposite
-// faces in every rest. The faces are opposite if the sensitivities are negative.
+// Compares the faces from the file names with the faces from the measured gravity. In all periods
+// at rest, the two faces must be equal, or in all periods they must be opposite. They are opposite
+// if the sensitivities are negative.
 // @throws RefusedError  if neither is true.
 void require_agreement(const Run& run,
                        const std::vector<std::optional<Face>>& named,

@@ -14,7 +14,7 @@ void restore_count_signs(Run& run);
 /// Replaces the raw samples of an instrument that measures gravity by one mean for each interval at
 /// rest. Prints a note. A run whose readings have poses is not changed.
 /// @param instrument  the kind of instrument.
-/// @return true if the readings of the run are now means of rests.
+/// @return true if the readings of the run are now means over periods at rest.
 bool gather_rests(const std::string& instrument, Run& run);
 
 /// Labels each reading with the face of the cube on the table. The faces are taken from the file

@@ -157,7 +157,7 @@ int run(const SegmentCommand& command) {
                                           : segmentation_csv(rests, seats, options.sheet));
   print_remarks_of(rests, notes, seats);
   print_line(
-      formatted("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold of the variance {:.4g}",
+      formatted("{} rest{} found in {:.1f} s ({} samples, {:.5g} Hz); variance threshold {:.4g}",
                 rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
                 static_cast<double>(rests.samples) / rests.rate_hz, rests.samples, rests.rate_hz,
                 rests.threshold));

@@ -48,7 +48,7 @@ std::string ask_store(const std::string& store, const std::vector<std::string>& 
   ChildProgram program(store_program, words, {.input_file = {}});
   std::string text = program.read_all();
   if (program.wait() != 0) {
-    throw DataError(store_program.name, "failed; its message is above");
+    throw DataError(store_program.name, "this program failed; see its message above");
   }
   return text;
 }

@@ -23,8 +23,8 @@ void add_stored_record_options(OptionSet& options, StoredRecordOptions& record);
 
 /// Copies the record that the options select from the store to a temporary file.
 /// @return the file; null if --store is not given.
-/// @throws UsageError  if --store is given without --serial, or another of these options without
-/// --store.
+/// @throws UsageError  if --store is given without --serial, or if --serial, --at or --slot is
+/// given without --store.
 /// @throws DataError   if the store has no such record.
 [[nodiscard]] std::unique_ptr<TemporaryFile> stored_record(const StoredRecordOptions& record);
 

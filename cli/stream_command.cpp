@@ -480,7 +480,7 @@ int run_stream(const CalibrateCommand& given) {
 
   std::size_t place = 0;
   std::size_t made = 0;
-  std::size_t rows_before = 0;   // number of readings of the unit before the last
+  std::size_t rows_before = 0;   // number of readings of the second-to-last unit
   std::size_t rows_of_last = 0;  // number of readings of the last unit
   std::size_t good = finished.good;
   std::size_t total = finished.units;

@@ -253,8 +253,8 @@ FaceHeading heading_of(const std::string& name) {
 
 // Determines from the readings whether the named faces were up. If they were up, the readings of an
 // axis are higher for its positive face than for its negative face.
-// @return true if the faces were up, false if they were down, nullopt if the readings do not show
-//         it.
+// @return true if the faces were up; false if they were down; nullopt if the readings do not show
+//         whether they were up or down.
 std::optional<bool> named_faces_are_up(const TableText& table,
                                        const std::vector<std::string>& axes,
                                        const std::vector<MappedColumn>& renamed,
@@ -339,8 +339,8 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
     column.heading = heading_of(column.name);
     found.push_back(std::move(column));
   }
-  // If this is the only column that names faces, the heading "side" does not mean the face at the
-  // fence. It then means the face that is up or down.
+  // If this is the only column that names faces, the heading "side" means the face that is up or
+  // down. Otherwise it means the face that touches the fence.
   const bool has_rest = std::any_of(found.begin(), found.end(), [](const WordsOfFaces& one) {
     return one.heading != FaceHeading::at_fence;
   });
@@ -383,8 +383,8 @@ std::vector<FaceColumn> face_columns(const std::string& path,
     }
     const std::optional<bool> by_readings =
         feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, words.faces) : std::nullopt;
-    // The cell, the heading and the readings can show whether a face was up or down. The first of
-    // these three that shows it is used.
+    // Whether a face was up or down is taken from the cell. If the cell does not state it, the
+    // heading is used; if the heading does not state it either, the readings are used.
     const auto of_cell = [is_fence, heading = words.heading, by_readings](const std::string& cell) {
       const std::optional<FaceInWords> face = face_in_words(cell);
       if (!face) {

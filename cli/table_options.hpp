@@ -23,8 +23,8 @@ void add_table_options(OptionSet& options, TableOptions& table);
 /// Adds the option --definitions, for subcommands without add_table_options(), which also adds it.
 void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions);
 
-/// Registers the folder of --definitions, which defines the messages in bags, for all later readers
-/// of bags.
+/// Registers the folder --definitions, whose files define the message types in ROS bags. All bags
+/// that are read later use these definitions.
 /// @throws DataError  if add_message_definitions() throws it.
 void take_definitions(const std::optional<std::string>& definitions);
 

@@ -6,7 +6,7 @@
 
 namespace axiscal {
 
-/// Writes all bytes. It continues if a signal interrupts it.
+/// Writes all bytes, even if signals interrupt the write.
 /// @return false if the bytes cannot all be written; errno is then set.
 [[nodiscard]] bool write_all(int descriptor, std::string_view bytes) noexcept;
 

@@ -61,7 +61,7 @@ class JsonValue {
   /// Checks `format`, and that `version` is 1 to `last_version`.
   void require_format(std::string_view format, int last_version = 1) const;
 
-  /// Calls check_value(). If it throws a DomainError, throws a DataError with this value's place.
+  /// Calls check_value() and converts a DomainError to a DataError that states this value's place.
   void check(const std::function<void()>& check_value) const;
 
   /// @return the value as JSON text, for example to parse it as a separate file.

@@ -321,7 +321,7 @@ class JsonMembers {
     }
   }
 
-  /// While reading, calls check_value(). If it throws a DomainError, throws a DataError with the
+  /// While reading, calls check_value() and converts a DomainError to a DataError that states the
   /// member's place.
   void check(const char* key, const std::function<void()>& check_value) const {
     if (reads()) {

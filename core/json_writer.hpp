@@ -101,13 +101,14 @@ class JsonColumns {
   void put_numbers(std::string_view key, const Eigen::Ref<const Eigen::VectorXd>& numbers);
   void put_value(std::string_view key, const Json& value);
 
-  /// Writes an object of arrays. Each column is freed after it was written.
+  /// Writes an object of arrays. The memory of each column is freed after the column is written.
   void write_to(JsonWriter& writer);
 
  private:
   struct Column {
     std::string name;
-    // The texts of the cells. A line feed ends each cell; the JSON of a cell contains no line feed.
+    // The JSON texts of all cells, each followed by a line feed. The JSON of a cell contains no
+    // line feed.
     std::string cells;
     std::size_t count = 0;
     bool holds_lists = false;
@@ -118,7 +119,7 @@ class JsonColumns {
   std::size_t expected_;
   JsonLayout layout_;
   std::size_t rows_ = 0;
-  // The expected column of the next member: usually each row has its members in the same order.
+  // Index of the column in which the next member is expected. Usually all rows have the same order.
   std::size_t at_ = 0;
 };
 

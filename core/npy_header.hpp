@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// Returns the header of a file in NumPy's format 1.0 for little-endian numbers.
+/// Returns the header of a .npy file (format version 1.0) for an array of little-endian numbers.
 ///
 /// @param type        the numbers' type as a Python literal: `'<f8'`, or a list of names and types.
 /// @param shape       the array's shape as a Python tuple. The header's length is the same for all

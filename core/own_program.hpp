@@ -13,8 +13,9 @@ struct OwnProgram {
   const char* package = nullptr;  ///< the software package that contains the program
 };
 
-/// @return the path of the program. The search goes through the folder in AXISCAL_LIBEXEC, the
-///         folder of the running program, ../libexec/axiscal, and the folder of the installation.
+/// @return the path of the program. It is searched for in these folders, in this order: the folder
+///         that AXISCAL_LIBEXEC names, the folder of the running program, ../libexec/axiscal
+///         relative to that folder, the folder of this library, and the folder of the installation.
 /// @throws RefusedError  if none of these folders has the program. The message names the package.
 [[nodiscard]] std::string own_program(const OwnProgram& program);
 

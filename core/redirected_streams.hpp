@@ -10,8 +10,9 @@
 namespace axiscal {
 
 /// Redirects the standard streams of this thread to strings, so that a program can run subcommands
-/// in its own process. While an object exists, the path "-" reads `input` and writes `output`, and
-/// print_error() writes `errors`. Other threads keep the streams of the process.
+/// in its own process. While an object of this class exists, the path "-" means `input` for reading
+/// and `output` for writing, and print_error() appends to `errors`. Other threads keep the streams
+/// of the process.
 class AXISCAL_EXPORT RedirectedStreams {
  public:
   explicit RedirectedStreams(std::string input);
@@ -34,7 +35,7 @@ class AXISCAL_EXPORT RedirectedStreams {
   RedirectedStreams* outer_;
 };
 
-/// Writes text to standard error, or to RedirectedStreams::errors.
+/// Writes text to standard error, or to RedirectedStreams::errors if the streams are redirected.
 AXISCAL_EXPORT void print_error(std::string_view text);
 
 }  // namespace axiscal

@@ -70,9 +70,9 @@ int main() {
       "%.2f\n",
       1e6 * result.normal_u_rad, result.p_value);
 
-  // The true frame of the fourth instrument is that of the drawing. The frame of the measured cube
-  // is the one in which its normals fit the drawing best. The rotation between the two frames is
-  // part of the mount.
+  // The true frame of the fourth instrument is the frame of the drawing. The frame of the measured
+  // cube is defined as the one in which the normals of the cube fit the drawing best. The rotation
+  // between the two frames is part of the mount.
   const axiscal::SensorModel fourth = instrument(0.07);
   const axiscal::Observations readings = read_in(made, fourth, {-0.002, 0.001}, 99);
   const double nominal = error_of(axiscal::calibrate(experiment, readings), fourth);

@@ -37,13 +37,13 @@ int main() {
   }
 
   for (const axiscal::Calibration& found : axiscal::calibrate_assembly(experiment, readings)) {
-    std::printf("%-5s: sensitivity of z %.3f V/g, bias of z %+.3f V, slope %.2f, %.2f mrad\n",
+    std::printf("%-5s: sensitivity of z %.3f V/g, bias of z %+.3f V, table slope %.2f, %.2f mrad\n",
                 found.provenance.slot.c_str(), found.parameter("z.sensitivity.z").value,
                 found.parameter("z.bias").value, 1e3 * found.fit.levelness->mean_x,
                 1e3 * found.fit.levelness->mean_y);
     if (found.provenance.slot == "right") {
       const axiscal::CombinedLevelness& both = *found.fit.levelness->combined;
-      std::printf("both : slope %.2f, %.2f mrad, %s\n", 1e3 * both.x, 1e3 * both.y,
+      std::printf("both : table slope %.2f, %.2f mrad, %s\n", 1e3 * both.x, 1e3 * both.y,
                   both.consistent ? "they agree" : "they DISAGREE");
     }
   }

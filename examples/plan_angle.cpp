@@ -44,7 +44,7 @@ int main() {
   for (const double height_m : {1e-6, 2e-6, 5e-6}) {
     study.tolerances.foot_height_m = height_m;
     const axiscal::ToleranceEffect effect = axiscal::study_tolerances(study).front();
-    std::printf("feet made to %.0f um: angle error %.4f degrees rms (simulated %.4f)\n",
+    std::printf("feet made to within %.0f um: angle error %.4f degrees rms (simulated %.4f)\n",
                 1e6 * height_m, effect.closed_form.angle_rad * axiscal::deg_per_rad,
                 effect.simulated.angle_rad * axiscal::deg_per_rad);
   }

@@ -6,8 +6,8 @@
 
 namespace axiscal {
 
-/// Computes sliding variances of several columns. For each window of consecutive samples, the
-/// result is the sum of the squared variances of the columns. It is small at rest and large in
+/// Computes sliding variances of several columns. The result for each window of consecutive samples
+/// is the sum of the squared variances of the columns. This sum is small at rest and large in
 /// motion (Tedaldi et al. 2014).
 ///
 /// The windows are computed in blocks of 8160. Within a block, running sums of x and x^2 are

@@ -33,8 +33,9 @@ struct AxisColumns {
 /// Finds the indices of the temperature channels.
 ///
 /// @param names  one channel for all axes, or one channel for each axis in the order of the axes.
-/// @return the indices of these channels. If a single name is stated and does not exist, the
-///         indices of the channels AXIS_temperature of all axes; empty if one of these is missing.
+/// @return the indices of the named channels. If a single name is stated and no such channel
+///         exists, the indices of the channels AXIS_temperature of all axes; empty if one of these
+///         channels is missing.
 /// @throws DomainError  if one of several named channels is missing, or if their number is neither
 ///                      1 nor the number of axes.
 [[nodiscard]] std::vector<std::size_t> find_temperatures(const Instrument& instrument,

@@ -21,7 +21,7 @@ struct DecoderSink {
   std::function<void()> defect;
 };
 
-/// Turns bytes into samples, in constant memory.
+/// Converts bytes to samples. The memory use does not grow with the number of bytes.
 class Decoder {
  public:
   Decoder() = default;

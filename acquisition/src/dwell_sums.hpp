@@ -13,7 +13,8 @@ inline constexpr std::size_t fewest_samples_of_dwell = 10;
 /// Tolerance for comparing times that are sums of many steps [s].
 inline constexpr double time_rounding_s = 1e-6;
 
-/// Computes mean, scatter and trend of the samples of one reading in constant memory.
+/// Computes mean, scatter and trend of the samples of one reading. The memory use does not grow
+/// with the number of samples.
 class DwellSums {
  public:
   explicit DwellSums(Eigen::Index axes);

@@ -37,7 +37,8 @@ double expected_direction_sd(const Experiment& experiment, const FieldDescriptio
   const bool along_normal =
       !field.in_table || field.in_table->head<2>().norm() < 1e-3 * field.in_table->norm();
   constexpr double off_level_rad = 0.02;
-  constexpr double local_field_rad = 0.15;  // iron near the table turns the field
+  // Standard deviation of the field's direction due to iron near the table.
+  constexpr double local_field_rad = 0.15;
   constexpr double any_heading_rad = 0.35;
   if (along_normal) {
     return off_level_rad;

@@ -142,7 +142,7 @@ std::uint64_t bits_of(Bytes bytes, bool big_endian) {
 std::size_t place(const JsonValue& value, std::size_t size, std::size_t length) {
   const int offset = value.integer();
   if (offset < 0 || static_cast<std::size_t>(offset) + size > length) {
-    value.fail(formatted("does not lie within the frame's {} bytes", length));
+    value.fail(formatted("must lie within the {} bytes of the frame", length));
   }
   return static_cast<std::size_t>(offset);
 }
@@ -189,7 +189,7 @@ class FrameDecoder final : public Decoder {
       read_checksum(*checksum, big_endian);
     }
     if (sync_.empty() && !checksum_) {
-      json.fail("needs \"sync\" or \"checksum\" to detect where a frame begins");
+      json.fail("\"sync\" or \"checksum\" is required to detect where a frame begins");
     }
   }
 

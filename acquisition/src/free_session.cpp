@@ -26,7 +26,7 @@ namespace {
 
 constexpr double store_every_s = 1.0;
 constexpr double shortest_fit_spacing_s = 0.4;
-constexpr double longest_fit_spacing_s = 5.0;  // by the sample times, not by real time
+constexpr double longest_fit_spacing_s = 5.0;  // measured by the sample times, not by real time
 constexpr double share_of_time_for_fits = 0.1;
 constexpr std::size_t fewest_points = 12;   // fewest points for a fit
 constexpr std::size_t most_in_a_fit = 600;  // most points for each fit except the last one
@@ -288,10 +288,10 @@ class FreeSession::Engine {
     if (points_.empty() || is_new) {
       keep({.time_s = shown_time(dwell_.start_s()), .values = mean});
       known_again_ = 0;
-      news_.tell("captured", formatted("rest {} taken", points_.size()),
+      news_.tell("captured", formatted("reading {} was taken", points_.size()),
                  static_cast<int>(points_.size()));
     } else {
-      news_.tell("as_before", "this direction was taken already: turn to another direction");
+      news_.tell("as_before", "there is already a reading in this direction: turn to another one");
       // An unattended session ends after many consecutive readings without a new direction.
       constexpr int patience = 50;
       if (setup_.unattended && ++known_again_ >= patience) {
@@ -311,7 +311,7 @@ class FreeSession::Engine {
     if (why.empty()) {
       drop_last();
       stored_ = points_.size();
-      news_.tell("undo", "the last rest was dropped");
+      news_.tell("undo", "the last reading was dropped");
     }
   }
 
@@ -350,7 +350,7 @@ class FreeSession::Engine {
     } else if (kind == "free_undo" && !points_.empty()) {
       drop_last();
     } else if (kind != "finished") {
-      entry.fail("is not an entry of a session without a cube");
+      entry.fail("this entry does not belong to a session without a cube");
     }
   }
 
@@ -472,7 +472,7 @@ class FreeSession::Engine {
     }
     const bool magnetic = calibration.sensor.instrument.kind == "magnetometer";
     view_.free->numbers = {{formatted("{} [{}]", magnetic ? "Hard iron" : "Bias", unit), bias},
-                           {magnetic ? "Soft iron, scales" : "Scales relative to mean", scale},
+                           {magnetic ? "Soft iron, scales" : "Scales, relative to mean", scale},
                            {magnetic ? "Soft iron (largest cross term)" : "Largest cross-axis term",
                             formatted("{:.2f} %", 100.0 * largest)}};
   }

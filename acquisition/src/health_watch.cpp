@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t most_readings = 1000;  // older readings are dropped, to limit the memory
+constexpr std::size_t most_readings = 1000;  // older readings are dropped, to limit the memory use
 
 }  // namespace
 

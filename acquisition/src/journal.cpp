@@ -61,7 +61,9 @@ Journal Journal::create(const std::string& path) {
       ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0600);
   if (descriptor < 0) {
     if (errno == EEXIST) {
-      throw OutputError(path + ": exists already; resume it, or choose another name",
+      throw OutputError(path +
+                            ": this journal exists already; resume its session, or choose "
+                            "another name",
                         {settings::resume, settings::journal});
     }
     throw OutputError(formatted("{}: cannot be created: {}", path, reason()));

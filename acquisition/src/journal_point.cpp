@@ -9,7 +9,7 @@ namespace {
 Face face_of(const JsonValue& value) {
   const std::optional<Face> face = parse_face(value.text());
   if (!face) {
-    value.fail("is not a face");
+    value.fail("must be a face (+X, -X, +Y, -Y, +Z or -Z)");
   }
   return *face;
 }
@@ -25,7 +25,7 @@ DesignPoint point_of(const JsonValue& entry) {
   const Face rest = face_of(entry.at("rest"));
   const Face fence = face_of(entry.at("fence"));
   if (axis_of(rest) == axis_of(fence)) {
-    entry.at("fence").fail("is on the same axis as the rest face");
+    entry.at("fence").fail("the fence face is on the same axis as the rest face");
   }
   return {rest, fence};
 }

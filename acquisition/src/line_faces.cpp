@@ -103,7 +103,7 @@ class PlainFace final : public LineFace {
       }
       if (event.kind == "captured" && view.slope) {
         print(formatted(
-            "  slope so far {}, {} mrad{}{}", number_text(1e3 * view.slope->x(), 3),
+            "  slope of the table so far: {}, {} mrad{}{}", number_text(1e3 * view.slope->x(), 3),
             number_text(1e3 * view.slope->y(), 3),
             view.forecast_deg ? formatted("; forecast of the angle error at the end of the "
                                           "session: {} degrees (standard deviation)",
@@ -142,7 +142,8 @@ class PlainFace final : public LineFace {
     const int tenths = static_cast<int>(10.0 * free.coverage);
     if (view.headline != headline_ || tenths > tenths_) {
       print(formatted(
-          "{} readings, {:.0f} % of the sphere{}{}; {}", free.points.size(), 100.0 * free.coverage,
+          "{} readings, {:.0f} % of the sphere covered{}{}; {}", free.points.size(),
+          100.0 * free.coverage,
           free.fit_error ? formatted(", fit error {} %", number_text(100.0 * *free.fit_error, 2))
                          : "",
           free.u_deg ? formatted(", uncertainty {} degrees, target {} degrees (95 %)",

@@ -178,8 +178,8 @@ double PoseModel::least_contrast(const PlacedReading& one,
   return least;
 }
 
-// True if the readings determine the scale for every possible direction of the field. For example,
-// they do not if an axis is perpendicular to the field in all readings, or if the turntable was at
+// True if the readings determine the scale for every possible direction of the field. False, for
+// example, if an axis is perpendicular to the field in all readings, or if the turntable was at
 // rest in all readings.
 bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   return std::all_of(directions_.begin(), directions_.end(), [&](const Eigen::Vector3d& direction) {
@@ -246,8 +246,8 @@ std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& know
 }
 
 // Returns the standard deviation of the cube's orientation in a pose [rad]. It is larger for
-// instruments with fewer than three axes. Their first readings determine only products of slope and
-// cross-axis sensitivity, but neither factor.
+// instruments with fewer than three axes, because their first readings determine only the product
+// of slope and cross-axis sensitivity, not the two factors.
 double PoseModel::placement_sd() const {
   constexpr double of_few_axes = 0.02;
   return setup_.instrument.axis_count() < 3 ? std::hypot(setup_.placement_sd_rad, of_few_axes)

@@ -16,7 +16,7 @@ namespace {
 struct TurnDefinition {
   CubeTurn turn;
   std::string_view words;
-  Eigen::Vector3d axis;  // in the table's frame: x to the right, y to the fence, z up
+  Eigen::Vector3d axis;  // rotation axis in the table's frame: x to the right, y to the fence, z up
   int quarters;
 };
 
@@ -28,7 +28,7 @@ const std::array<TurnDefinition, 7>& turns() {
       {CubeTurn::tip_right, "tip it to the right", Eigen::Vector3d::UnitY(), 1},
       {CubeTurn::turn_left, "turn it a quarter to the left", Eigen::Vector3d::UnitZ(), 1},
       {CubeTurn::turn_right, "turn it a quarter to the right", -Eigen::Vector3d::UnitZ(), 1},
-      {CubeTurn::turn_round, "turn it round by half a turn", Eigen::Vector3d::UnitZ(), 2},
+      {CubeTurn::turn_round, "turn it by half a turn", Eigen::Vector3d::UnitZ(), 2},
   }};
   return all;
 }

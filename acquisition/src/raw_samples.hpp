@@ -18,8 +18,8 @@ class RawSamples {
   /// @return true if the waiting samples are enough for a line.
   bool add(double time_s, std::span<const double> values);
 
-  /// Writes the waiting samples, one or more, as one line. If that fails, it keeps them for the
-  /// next call, up to a limit.
+  /// Writes the waiting samples, one or more, as one line. If the write fails, the samples are kept
+  /// for the next call, up to a limit.
   /// @return empty on success; otherwise the reason.
   std::string flush(Journal& journal);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double show_every_s = 0.05;
 
-// Tells a simulated person which point is requested, and whether the cube lies wrong.
+// Tells a simulated person which point is requested, and whether the cube has a wrong pose.
 class Asking {
  public:
   void tell(const SessionView& view, SampleFeed& feed) {

@@ -18,7 +18,7 @@ namespace axiscal {
 [[nodiscard]] double session_seconds();
 
 /// Assigns times to samples: from the source's column of times, by counting at a stated rate, or
-/// from the arrival.
+/// from the arrival times.
 ///
 /// If counted times deviate from the arrival times, they are corrected slowly. They deviate because
 /// two clocks never agree exactly, and because a connection may be interrupted.
@@ -30,7 +30,7 @@ class SampleClock {
   /// @param address  an address with the options time (name of the column of times) or rate [Hz].
   explicit SampleClock(const SourceAddress& address);
 
-  /// @return the names of the options.
+  /// @return the names of the address options that this class reads.
   [[nodiscard]] static const std::vector<std::string>& options();
 
   /// @param channels  the channels of the source.
@@ -40,7 +40,7 @@ class SampleClock {
   /// Checks that the unit of a recording's times gives a plausible sample rate.
   /// @param path   the recording's file name, for messages.
   /// @param block  the first samples of the recording, one column for each channel.
-  /// @throws DataError  if the unit of the times is not the one that the column's name states.
+  /// @throws DataError  if the times do not have the unit that the column's name states.
   void check_unit(const std::string& path, const std::vector<std::vector<double>>& block) const;
 
   /// Appends a sample with its time, unless it repeats the last sample and its time.

@@ -138,7 +138,7 @@ void Session::Engine::retake(std::vector<int> runs, const std::string& why) {
     }
     const DesignPoint point = reading->row.entry.point;
     some = change(ReadingList::dropped(run, why), why,
-                  run_text(run) + " was dropped; its point is requested again", run) ||
+                  run_text(run) + " was dropped; the same pose is requested again", run) ||
            some;
     knowledge_.forget(run);
     if (present_ == point && why == "undo") {

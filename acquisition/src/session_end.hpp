@@ -25,14 +25,14 @@ namespace axiscal {
 /// The result of a session as text, and the readings to repeat.
 struct SessionReview {
   std::vector<std::string> lines;
-  std::vector<int> again;  ///< run numbers in ascending order
+  std::vector<int> again;  ///< run numbers of the readings to repeat, in ascending order
 };
 
 /// Describes the result, and suggests which readings to repeat: those in `suspects`, those that the
 /// calibrations suggest to repeat, and those that scatter too much.
 ///
 /// @param calibrations  the results; empty if the calibration failed.
-/// @param why_none      the reason of the failure.
+/// @param why_none      the reason for the failure.
 /// @param readings      the readings; empty for a session without a cube.
 /// @param suspects      run numbers of the readings that fitted another pose during the session.
 [[nodiscard]] SessionReview review_session(const std::vector<Calibration>& calibrations,

@@ -132,7 +132,8 @@ class Session::Engine {
   std::vector<double> point_seconds_;
   bool quit_ = false;
 
-  std::vector<std::size_t> temperature_columns_;  // channel indices: none, one, or one per axis
+  // Indices of the temperature channels: none, one, or one for each axis.
+  std::vector<std::size_t> temperature_columns_;
   SoakWatch soak_;
   bool soaked_ = false;
   std::optional<double> soaked_at_;

@@ -19,7 +19,7 @@ class SessionKnowledge {
   /// @throws SetupError  if make_field_description() throws it.
   SessionKnowledge(const SessionSetup& setup, const Stillness& stillness);
 
-  /// True if the direction of the field changes with time, as that of sunlight.
+  /// True if the direction of the field changes with time, as the direction of sunlight does.
   [[nodiscard]] bool field_moves() const;
 
   /// Computes a moving field at a time [s since 1970, UTC].
@@ -43,7 +43,7 @@ class SessionKnowledge {
 
   /// @param entry  a point at which another reading would be taken.
   /// @param now_s  time of that reading, by the clock of CapturedReading::start_s [s].
-  /// @return true if the two readings must differ according to the current estimates.
+  /// @return true if, according to the current estimates, the two readings must differ.
   [[nodiscard]] bool is_distinguishable_from(const CapturedReading& reading,
                                              const DesignEntry& entry,
                                              double now_s) const;

@@ -127,14 +127,15 @@ void Session::Engine::begin_dwell() {
   phase_ = SessionPhase::dwelling;
   dwell_.clear();
   soak_.begin_mean();
-  news_.tell("still", "still: taking the reading", {}, wanted_row().entry.point);
+  news_.tell("still", "the cube is still: the reading is being taken", {},
+             wanted_row().entry.point);
 }
 
 void Session::Engine::dwell() {
   if (!stillness_.is_still() || axes_.is_saturated() || stuck_.is_stuck()) {
     news_.tell("knock", axes_.is_saturated() || stuck_.is_stuck()
                             ? "the reading was aborted"
-                            : "a knock: the reading starts again");
+                            : "the cube was knocked: the reading starts again");
     dwell_.clear();
     phase_ = SessionPhase::laying;
     moved_ = true;
@@ -159,7 +160,7 @@ void Session::Engine::dwell() {
     phase_ = SessionPhase::laying;
     moved_ = false;
     view_.lies_as_before = true;
-    said_as_before_ = true;  // the next reading is taken even if it is equal
+    said_as_before_ = true;  // the next reading is taken even if it equals the last one
     news_.tell("as_before", "the cube lies as it did at the last reading: lay it as requested", {},
                wanted_row().entry.point);
     return;

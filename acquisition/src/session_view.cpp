@@ -8,8 +8,8 @@
 namespace axiscal {
 namespace {
 
-// Sets the turns to the requested pose. They are computed only if the present or the requested pose
-// has changed, because a view is made many times a second.
+// Sets the turns that bring the cube to the requested pose. They are computed only if the present
+// or the requested pose has changed, because a view is made many times a second.
 void show_the_way(const SessionState& state, SessionView& view) {
   const std::optional<RunSheetRow> wanted =
       state.wanted != nullptr ? std::optional(*state.wanted) : std::nullopt;

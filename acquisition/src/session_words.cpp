@@ -20,7 +20,7 @@ std::string laying_words(const SessionView& view) {
                                                  way
                      : !way.empty() ? way
                      : is_step      ? "leave the cube as it lies"
-                     : view.present ? "lift it, wipe its feet, and lay it down the same way"
+                     : view.present ? "lift the cube, wipe its feet, and lay it down the same way"
                                     : "";
   if (is_step || view.wanted->entry.level != FieldLevel(1.0)) {
     text += formatted("{}set the field to level {}", text.empty() ? "" : "; ",
@@ -75,7 +75,7 @@ void set_next_step_text(SessionView& view, const MessageContext& besides) {
       view.detail = laying_words(view);
       break;
     case SessionPhase::dwelling:
-      view.headline = "Still: taking the reading";
+      view.headline = "The reading is being taken";
       view.detail = "do not touch the cube";
       break;
     case SessionPhase::ready:

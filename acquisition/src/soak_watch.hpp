@@ -38,7 +38,7 @@ class SoakWatch {
   double window_s_;
   double tolerance_;
   std::optional<double> last_;
-  std::deque<double> time_s_;  // at most one time per second
+  std::deque<double> time_s_;  // times of the entries of temperature_; at most one entry per second
   std::deque<double> temperature_;
   double sum_ = 0.0;
   std::vector<double> sum_of_axes_;  // empty unless each axis has its own sensor

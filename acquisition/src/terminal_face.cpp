@@ -17,7 +17,7 @@
 #include "axiscal/positioner/facing.hpp"
 
 #ifdef AXISCAL_NCURSES
-#define NCURSES_NOMACROS 1  // no macros such as erase() and move()
+#define NCURSES_NOMACROS 1  // disables macros such as erase() and move()
 #include <ncurses.h>
 
 #include "axiscal/acquisition/settings.hpp"
@@ -384,7 +384,7 @@ class TerminalFace final : public SessionFace {
     for (int line = 0; line < lines; ++line) {
       put(8 + line, 1, map.at(static_cast<std::size_t>(line)));
     }
-    put(17, 1, "@ = current, ? = requested direction");
+    put(17, 1, "@ = direction now, ? = next direction");
     constexpr int column = 42;
     put(8, column, "filled   " + bar(free.coverage, 24));
     put(9, column, formatted("largest gap {:.0f} deg", free.largest_gap_rad * deg_per_rad));

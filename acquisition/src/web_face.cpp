@@ -94,7 +94,7 @@ class WebFace final : public SessionFace {
   // Returns after the controlling browser has answered, or all browsers are gone.
   bool conclude(const SessionView& view, const std::vector<SessionFile>& files) override {
     constexpr std::chrono::milliseconds patience{50};
-    constexpr std::chrono::seconds gone_for_good{8};  // longer than the reload of a page
+    constexpr std::chrono::seconds gone_for_good{8};  // longer than the reload of a page takes
     if (!page_.is_watched() || files.empty()) {
       return false;
     }

@@ -30,7 +30,7 @@ struct WebPlace {
 /// The session's page without the network: it answers requests, passes control between browsers and
 /// collects events.
 ///
-/// The functions may be called from several threads. A call waits only while another one runs.
+/// The functions may be called from several threads. A call waits only while another call runs.
 class WebPage {
  public:
   explicit WebPage(WebPlace place);

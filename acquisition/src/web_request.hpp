@@ -33,9 +33,9 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body = "{}";
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string policy;          ///< Content-Security-Policy; if empty, that of the session's page
-  bool is_stream = false;      ///< true: a stream of events follows instead of the body
-  std::string session;         ///< session of the browser that receives the stream
+  std::string policy;      ///< Content-Security-Policy; if empty, the policy of the session's page
+  bool is_stream = false;  ///< true: a stream of events follows instead of the body
+  std::string session;     ///< session of the browser that receives the stream
   std::size_t last_event = 0;  ///< number of the last event that this browser has received
 };
 

@@ -314,7 +314,7 @@ class WebServer::Listener {
           context_.run();
           done = true;
         } catch (const std::exception&) {
-          // An error of one client, for example if memory runs out. Other clients are not affected.
+          // An error of one client, such as a lack of memory, does not affect other clients.
         }
       }
     });

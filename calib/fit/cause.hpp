@@ -25,7 +25,7 @@ struct ScatterAnalysisInput {
   const MethodKind& method;
   /// fitted rotation of the instrument in each mount, by mount number
   const std::map<int, Eigen::Matrix3d>& mounts;
-  /// expected mean square of the mounts' rotations if only noise causes them, see
+  /// mean square that the fitted rotations of the mounts would have if they were only noise, see
   /// MountTurns::expected
   double mounts_expected = 0.0;
   bool has_mistake = false;  ///< true if a mistake was found in the readings
@@ -34,7 +34,7 @@ struct ScatterAnalysisInput {
   [[nodiscard]] bool is_transfer() const { return fitted.set().seen.cols() > 0; }
 };
 
-/// An estimate, and which sources of scatter its uncertainty already includes.
+/// An estimate, with flags for the sources of scatter that its uncertainty already includes.
 struct CountedEstimate {
   Estimate estimate;
   /// contribution of each uncertain input to the covariance

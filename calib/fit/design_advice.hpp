@@ -35,7 +35,7 @@ using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double le
 struct OpenParameters {
   std::vector<std::string> names;  // the undetermined coefficients of all axes
   Eigen::MatrixXd seen;            // the design of the first axis with undetermined coefficients
-  bool left_out = false;           // true if the axis of `seen` does not use all readings
+  bool left_out = false;           // true if the axis with design `seen` does not use all readings
 };
 [[nodiscard]] OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design);
 

@@ -18,7 +18,7 @@ struct Solution;
 /// A test for curvature of the axes' responses.
 struct CurvatureTest {
   double p_value = 1.0;  ///< probability that chance alone causes a curvature of this size
-  /// m entries: the part of each axis's reading that its squared term contributes at the full
+  /// m entries: the contribution of the squared term to the reading of each axis, at the full
   /// magnitude of the field [unit]
   Eigen::VectorXd bends;
 };
@@ -58,7 +58,7 @@ struct BlockEstimate {
 struct SightEstimate {
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< see seen_directions(); usually empty
   std::vector<AxisMask> visible;                   ///< for one-sided axes; see ReadingSet::visible
-  /// true if it remained undecided which readings each one-sided axis sees
+  /// true if the search for the readings that each one-sided axis uses did not converge
   bool unsettled = false;
 };
 

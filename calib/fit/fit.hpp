@@ -129,9 +129,9 @@ class Fit {
   /// @return the diagonal of the hat matrix, n x m.
   [[nodiscard]] Eigen::MatrixXd leverage() const;
 
-  /// @return the product [Q, P]^T Z, q x c, with the bases Q of all axes and P. The rows of Z are
-  ///         the readings of the first axis, then those of the second axis, and so on, each divided
-  ///         by sigma of its axis.
+  /// @return the product [Q, P]^T Z, q x c, where Q contains the bases of all axes. The rows of Z
+  ///         are the readings of the first axis, then those of the second axis, and so on, each
+  ///         divided by sigma of its axis.
   [[nodiscard]] Eigen::MatrixXd in_basis(const Eigen::MatrixXd& Z) const;
 
   /// Adds the contribution of one row of Z to `products`, the result of in_basis(Z).
@@ -192,7 +192,7 @@ class Fit {
   /// coefficients.
   struct AxisRows {
     std::vector<Eigen::Index> readings;
-    Eigen::MatrixXd design;    ///< not weighted, [1, f, ...]
+    Eigen::MatrixXd design;    ///< the columns [1, f, ...], not weighted
     Eigen::VectorXd response;  ///< [unit]
     Eigen::VectorXd weights;
   };

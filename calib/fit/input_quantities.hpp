@@ -32,7 +32,7 @@ namespace axiscal {
 /// budget and the forecast all use this description.
 struct InputQuantity {
   std::string name;  ///< the name of the source in the budget
-  double u = 0.0;    ///< standard uncertainty of the input; NaN if it is not a single number
+  double u = 0.0;    ///< standard uncertainty of the input; NaN if one number does not suffice
   std::string unit;  ///< the unit of u
   std::string distribution = "normal";
   Eigen::Index parts = 0;  ///< number q of independent errors with standard deviation 1

@@ -22,7 +22,7 @@ namespace axiscal {
 struct Layings {
   [[nodiscard]] const ReadingSet& set() const { return own ? *own : given; }
 
-  const ReadingSet& given;        // must outlive this object
+  const ReadingSet& given;        // the original readings; must outlive this object
   std::optional<ReadingSet> own;  // the mean readings; nullopt if they are identical to `given`
   Eigen::VectorXd squares;        // m: sum of squares about the means of the layings
   Eigen::VectorXd degrees_of_freedom;  // m: degrees of freedom of `squares`

@@ -132,8 +132,8 @@ struct ReadingSet {
                                              const TableField& field_at,
                                              std::size_t which) const;
 
-  // sees() is true if an axis responds to a part of the field at a reading. seen_in_table() is the
-  // sum of the parts to which the axis responds, in the table's frame.
+  // sees() returns true if an axis responds to a part of the field at a reading. seen_in_table()
+  // returns the sum of the parts to which the axis responds, in the table's frame.
   [[nodiscard]] bool sees(Eigen::Index axis, Eigen::Index reading, std::size_t part) const {
     return visible.empty() || visible[part](reading, axis);
   }
@@ -186,7 +186,7 @@ class AxisDesigns {
   }
 
  private:
-  std::vector<Eigen::MatrixXd> designs_;  // one for all, or one for each axis
+  std::vector<Eigen::MatrixXd> designs_;  // one design for all axes, or one for each axis
 };
 
 }  // namespace axiscal

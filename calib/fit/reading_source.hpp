@@ -128,7 +128,7 @@ class ReadingSource {
   bool by_field_;
   std::shared_ptr<const Selection> selection_;
   ModelChoice choice_;
-  // one entry for all axes, or one for each axis's own temperature sensor
+  // temperature spans: one for all axes, or one for the temperature sensor of each axis
   std::vector<TemperatureSpan> spans_;
 };
 

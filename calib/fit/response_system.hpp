@@ -10,9 +10,9 @@
 namespace axiscal {
 
 // The linear system of a fit of the response v = b + g S f with the temperature scale g. The rows
-// are the readings, axis after axis. The columns belong first to the p own coefficients of each
-// axis, then to the shared unknowns: the directions of the fields, and the errors of inputs or the
-// coefficients of a hypothesis.
+// are the readings, axis after axis. The first columns are those of the p own coefficients of each
+// axis. The columns of the shared unknowns follow: the directions of the fields, and the errors of
+// inputs or the coefficients of a hypothesis.
 
 /// Derivative of the field in the sensor's frame with respect to q unknowns: (3 n) x q, with three
 /// rows for each reading.

@@ -15,7 +15,7 @@ namespace axiscal {
 struct BiasStep {
   int after_run = 0;  ///< run number of the last reading before the step
   int block = 0;
-  /// number of readings after the step in its block, divided by the number of readings of the run
+  /// readings after the step in its block, as a fraction of all readings of the run
   double mean = 0.0;
 };
 

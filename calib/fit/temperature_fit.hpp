@@ -17,21 +17,21 @@ namespace axiscal {
 [[nodiscard]] ReadingSet initialize_temperature_terms(const ReadingSet& set,
                                                       const Estimate& without);
 
-/// Returns the number of temperatures of a run: its soak levels, or all different temperatures if
-/// the temperature is continuous.
+/// Returns the number of soak levels of a run or, if the temperature changes continuously, the
+/// number of different temperatures.
 [[nodiscard]] int temperature_count(const ReadingSet& set);
 
 /// Computes the corrected Akaike information criterion (AICc) of one axis's regression.
 /// @return the criterion; infinity if there are too few readings.
 [[nodiscard]] double axis_aicc(double residual_sd, double degrees_of_freedom, double columns);
 
-/// Summarises an estimate as the trial of its temperature order: its AICc and its test of lack of
-/// fit.
-/// @return the trial; its AICc is infinity if there are too few readings.
+/// Tests the temperature order of an estimate: computes the AICc of the fit and the test of its
+/// lack of fit.
+/// @return the results for this order; the AICc is infinity if there are too few readings.
 [[nodiscard]] TemperatureOrderTrial trial_of(const ReadingSet& set, const Estimate& estimate);
 
-/// Chooses the order with the smallest AICc. If the test of lack of fit rejects the chosen order
-/// but not the next one, the next order is taken instead. This step is repeated.
+/// Chooses the order with the smallest AICc. As long as the test of lack of fit rejects the chosen
+/// order but not the next one, the next order is chosen instead.
 /// @param trials  one trial for each of the orders 0, 1, ...
 [[nodiscard]] int chosen_order(const std::vector<TemperatureOrderTrial>& trials);
 

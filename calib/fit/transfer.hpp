@@ -7,10 +7,10 @@
 
 namespace axiscal {
 
-/// Returns the directions in which the fields of the readings differ, if there are fewer than
-/// three. The readings determine the response only along these directions.
+/// Returns the directions along which the readings determine the response, if there are fewer than
+/// three. These are the directions in which the fields of the readings differ.
 ///
-/// @param field   the field; without vectors if each reading has its own given field.
+/// @param field   the field. It has no vectors if each reading has its own given field.
 /// @param design  the rows [1, f, ..] of the readings.
 /// @return orthonormal columns in the sensor's frame. If some of the sensor's axes span the same
 ///         space, the columns are these axes. The result is empty if the fields differ in three

@@ -21,9 +21,9 @@ namespace axiscal {
     const std::vector<std::string>& also_kinds = {},
     int temperature_order = 0);
 
-/// @return the names of parameters, axis by axis.
-/// @param columns  indices into the list (bias, sensitivities along x, y, z, responses to
-///                 additional fields).
+/// @return the names of these parameters of each axis, axis by axis.
+/// @param columns  indices of the parameters of one axis. The order is: bias, sensitivities along
+///                 x, y, z, responses to additional fields.
 [[nodiscard]] std::vector<std::string> names_of_columns(
     const std::vector<std::string>& axes,
     const std::vector<Eigen::Index>& columns,

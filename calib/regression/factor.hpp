@@ -174,10 +174,11 @@ struct PseudoInverseWithRank {
 [[nodiscard]] std::vector<std::string> undetermined_column_names(
     const std::vector<Eigen::Index>& columns, const std::vector<std::string>& names);
 
-/// @return the ratio of the largest to the smallest singular value of J with columns of length 1.
+/// @return the ratio of the largest to the smallest singular value of J, after the columns of J are
+///         scaled to length 1.
 [[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
 
-/// Like condition_of(), but from the normal equations J^T J, with less work.
+/// Like condition_of(), but faster, because it uses the normal equations J^T J.
 /// @return `nullopt` if the condition number is 100 or more, because J^T J is then too inaccurate.
 [[nodiscard]] std::optional<double> condition_from_normal_matrix(const Eigen::MatrixXd& normal);
 

@@ -12,7 +12,7 @@ namespace axiscal {
 struct FurtherColumns {
   Eigen::VectorXd estimate;         ///< coefficients of the further columns, q entries
   Eigen::VectorXd change;           ///< change of the fit's own coefficients, p entries
-  Eigen::MatrixXd covariance;       ///< (A^T A)^-1, A = [J, columns], (p + q) x (p + q)
+  Eigen::MatrixXd covariance;       ///< (A^T A)^-1 with A = [design, columns], (p + q) x (p + q)
   double residual_sd = 0.0;         ///< residual sd of the fit with the further columns
   double degrees_of_freedom = 0.0;  ///< n - p - q
   /// p-value of the F test of the hypothesis that all further coefficients are 0

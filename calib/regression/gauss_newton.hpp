@@ -59,11 +59,12 @@ concept GaussNewtonProblem = requires(const Problem problem,
 
 struct GaussNewtonOptions {
   int most_rounds = 200;
-  int most_attempts = 30;  ///< attempts for one step, each with ten times more damping
+  /// largest number of attempts for one step; each attempt has ten times more damping
+  int most_attempts = 30;
   double settled = 1e-13;  ///< the search ends after a step shorter than this
   /// damping of the first step; above 0 if the start is near a singular point
   double first_damping = 0.0;
-  double qr_from_below = 1e-6;  ///< after a step shorter than this, steps use QR
+  double qr_from_below = 1e-6;  ///< steps are computed by QR after a step shorter than this
   double slack = 1e-12;         ///< fraction by which an accepted step may increase the cost
   double least_decrease = 0.0;  ///< the search also ends after a step that decreases the cost by
                                 ///< less than this fraction
@@ -73,7 +74,7 @@ template <typename State>
 struct GaussNewtonResult {
   State state;
   int rounds = 0;
-  /// estimated length of the next step; after a rejected step, the length of that step
+  /// estimated length of the next step; after a rejected step, the length of the rejected step
   double left_to_go = 1.0;
   /// true if the next step is negligible, or if no step decreases the cost
   bool converged = false;
@@ -140,7 +141,8 @@ template <GaussNewtonProblem Problem>
       result.converged = std::isfinite(cost);
       break;
     }
-    // The length of the steps is assumed to decrease by the same factor again.
+    // The ratio of the next step's length to the last one's is assumed to equal the ratio of the
+    // last two lengths.
     result.left_to_go = last_length * std::min(1.0, last_length / length_before);
     result.converged = decrease_is_small || last_length < options.settled ||
                        (by_qr && result.left_to_go < options.settled);

@@ -17,13 +17,14 @@ struct ColumnPiece {
 /// Columns that are replaced by the same number of columns with the same span.
 struct ReplacedColumns {
   std::vector<Eigen::Index> columns;
-  Eigen::MatrixXd to_given;  ///< maps coefficients of the new columns to those of the given columns
+  /// matrix that maps the coefficients of the new columns to those of the replaced columns
+  Eigen::MatrixXd to_given;
 };
 
-/// A matrix W with c columns in a sparse basis, divided into pieces of consecutive rows. Some
-/// columns of W are constant within blocks of rows. If the number of these columns equals the
-/// number of blocks, they are replaced by one column for each block. Each piece contains only its
-/// nonzero columns, so the work for a piece does not depend on c.
+/// A matrix W with c columns, transformed to a sparse basis and divided into pieces of consecutive
+/// rows. Some columns of W are constant within blocks of rows. If the number of these columns
+/// equals the number of blocks, they are replaced by one column for each block. Each piece contains
+/// only its nonzero columns, so the work for a piece does not depend on c.
 struct PiecewiseColumns {
   Eigen::Index count = 0;  ///< c, the number of columns of W
   std::vector<ColumnPiece> pieces;
@@ -38,7 +39,7 @@ struct PiecewiseColumns {
 
 /// Divides a matrix into pieces.
 /// @param W     the matrix, n m x c: m consecutive rows for each of n units.
-/// @param rows  m, the number of rows of a unit.
+/// @param rows  m, the number of rows of each unit.
 /// @param kept  number of columns at the end of W that are not replaced.
 [[nodiscard]] PiecewiseColumns piecewise_columns(const Eigen::MatrixXd& W,
                                                  Eigen::Index rows,

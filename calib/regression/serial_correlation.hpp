@@ -15,7 +15,9 @@ struct OrderedReadings {
   std::vector<Eigen::MatrixXd> designs;
   Eigen::MatrixXd responses;  ///< n x m
   Eigen::VectorXd places;     ///< index of each reading in the run, n increasing integers
-  std::vector<int> blocks;    ///< n block numbers; each block is contiguous; empty: no blocks
+  /// block number of each reading, n entries; empty if there are no blocks. The readings of a block
+  /// are consecutive.
+  std::vector<int> blocks;
 
   [[nodiscard]] const Eigen::MatrixXd& design_of(Eigen::Index k) const {
     return designs[designs.size() == 1 ? 0 : static_cast<std::size_t>(k)];
@@ -27,8 +29,8 @@ struct OrderedReadings {
 inline constexpr double alike_above = 1.282;
 
 /// A note reports the correlation if lag_one_score() is above this limit (one-sided test at the 1 %
-/// level). Between the two limits the correlation may be chance: the intervals include it, but no
-/// note reports it.
+/// level). Between the two limits the correlation may be due to chance: the confidence intervals
+/// allow for the correlation, but no note reports it.
 inline constexpr double told_alike_above = 2.326;
 
 /// Computes a score of the correlation between the residuals of consecutive readings.
@@ -37,8 +39,8 @@ inline constexpr double told_alike_above = 2.326;
 /// readings and responses are added. The score is this sum minus its mean for white noise, divided
 /// by its standard deviation for white noise.
 ///
-/// @return a number that is approximately standard normal for white noise; 0 without degrees of
-///         freedom.
+/// @return a number that is approximately standard normal for white noise; 0 if there are no
+///         degrees of freedom.
 /// @par Source
 /// Moments of a ratio of quadratic forms: Durbin & Watson, Biometrika 37 (1950) 409-428.
 [[nodiscard]] double lag_one_score(const OrderedReadings& readings);
@@ -104,15 +106,16 @@ struct CorrelatedMean {
   Eigen::VectorXd estimate;         ///< first coefficient of each response, m entries
   Eigen::VectorXd u;                ///< standard uncertainties of `estimate`, m entries
   double degrees_of_freedom = 0.0;  ///< n - p
-  /// correlation of the noise of consecutive readings; weighted mean over the models
+  /// correlation of the noise of consecutive readings: a weighted mean over the noise models
   double correlation = 0.0;
 };
 
 /// Estimates the first coefficients as weighted means over models of the noise covariance V. The
-/// models are V = rho^|i - j| + lambda I and, if there are blocks, V = I + gamma within each block.
-/// The weight of a model is its restricted likelihood times its prior. The priors of all models
-/// with the same rho sum to 1, and so do the priors of all models with gamma. A Kalman filter
-/// applies V^-1/2, so the work is linear in n.
+/// models are V_ij = rho^|i - j| + lambda I_ij. If there are blocks, further models are
+/// V_ij = I_ij + gamma for readings i and j of the same block. The weight of a model is its
+/// restricted likelihood times its prior. The priors of all models with the same rho sum to 1, and
+/// so do the priors of all models with gamma. A Kalman filter applies V^-1/2, so the work is linear
+/// in n.
 ///
 /// @par Source
 /// Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), sec. 3.4;

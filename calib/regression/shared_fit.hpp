@@ -22,8 +22,8 @@ struct ResponseSums {
 /// The shared coefficients, if each response has its own variance.
 struct SharedFit {
   Eigen::VectorXd variance;  ///< m variances of the responses
-  /// nu, the degrees of freedom of each response, m entries: N minus the part of the D shared
-  /// coefficients that this response determines.
+  /// nu, the degrees of freedom of each response, m entries: N minus the number of shared
+  /// coefficients that are attributed to this response. This number need not be an integer.
   Eigen::VectorXd degrees_of_freedom;
   Eigen::VectorXd estimate;    ///< D shared coefficients
   Eigen::MatrixXd covariance;  ///< D x D

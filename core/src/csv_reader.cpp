@@ -104,7 +104,7 @@ CsvReader::CsvReader(const CsvReader& of, Lines lines)
 void CsvReader::rename(std::vector<std::string> header) {
   if (header.size() != header_.size()) {
     throw DomainError(
-        formatted("CsvReader: {} names for {} columns", header.size(), header_.size()));
+        formatted("CsvReader: {} names are given for {} columns", header.size(), header_.size()));
   }
   header_ = std::move(header);
 }
@@ -128,7 +128,7 @@ std::size_t CsvReader::need(const std::string& name) const {
 // Finds the end of the line that contains the offset `from`, and reads more bytes if needed.
 // Offsets are relative to begin_. Reading more bytes sets begin_ to 0.
 bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
-  std::size_t searched = from;  // may be one past the end of the bytes in the buffer
+  std::size_t searched = from;  // start of the next search; may be one past the end
   const auto check_length = [&](std::size_t length) {
     if (length > longest_row) {
       throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
@@ -227,8 +227,9 @@ bool CsvReader::split_plain() {
   }
 }
 
-// Appends the text between two quotes to unquoted_. `i` is the position after the opening quote,
-// and becomes the position after the closing quote. Returns false if there is no closing quote.
+// Appends the text between two quotes to unquoted_. On entry, `i` is the position after the opening
+// quote; on return, it is the position after the closing quote. Returns false if there is no
+// closing quote.
 bool CsvReader::unquote(std::size_t& i) {
   const auto at = [&](std::size_t k) { return buffer_[begin_ + k]; };
   for (;;) {

@@ -271,7 +271,7 @@ void JsonValue::check(const std::function<void()>& check_value) const {
   try {
     check_value();
   } catch (const DomainError& error) {
-    // Throws as fail() does, and adds the settings that would remedy the error.
+    // Throws the same error as fail(), but adds the settings by which the user can avoid it.
     const std::string where = pointer();
     throw DataError(path(), (where.empty() ? "/" : where) + ": " + error.what(), error.settings());
   }

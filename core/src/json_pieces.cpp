@@ -24,8 +24,8 @@ constexpr std::array<bool, 256> those(std::string_view some) {
 
 constexpr std::array<bool, 256> space = those(" \t\r\n");
 
-// A position in a JSON text. Each function that reads a token moves the position behind it, and
-// returns false if the text ends too early.
+// A position in a JSON text. Each function that reads a token moves the position to the token's
+// end, and returns false if the text ends too early.
 class JsonSkimmer {
  public:
   explicit JsonSkimmer(std::string_view text) : text_(text) {}
@@ -99,7 +99,7 @@ class JsonSkimmer {
         case '}':
         case ']':
           if (depth == 0) {
-            return true;  // a number or a word ends where its container ends
+            return true;  // the bracket of the container ends the number or word
           }
           --depth;
           ++place_;
@@ -123,7 +123,7 @@ class JsonSkimmer {
   // The greatest nesting depth in the values that were skipped.
   [[nodiscard]] std::size_t deepest() const { return deepest_; }
 
-  // Reads a JSON number, or null as NaN.
+  // Reads a JSON number. Reads null as NaN.
   bool take_number(double& number) {
     const std::string_view rest = text_.substr(place_);
     if (rest.starts_with("null")) {
@@ -143,7 +143,7 @@ class JsonSkimmer {
     };
     const std::size_t point = rest.substr(0, size).find('.');
     if (rest.substr(0, size) == "-0") {
-      number = 0.0;  // the parser reads -0 as the integer 0
+      number = 0.0;  // as the JSON parser does: it reads -0 as the integer 0
     }
     return error == std::errc() && std::isfinite(number) &&
            !(rest[sign] == '0' && is_digit(sign + 1)) &&
@@ -160,7 +160,7 @@ class JsonSkimmer {
                        [](char c) { return c >= ' ' && c <= '~' && c != '\\'; });
   }
 
-  // Reads a list. `take_entry` reads each entry and receives its index, from 0.
+  // Reads a list. Calls `take_entry` with the zero-based index of each entry, to read the entry.
   template <typename TakeEntry>
   bool take_list(const TakeEntry& take_entry) {
     if (!take('[')) {
@@ -323,8 +323,8 @@ std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piec
 std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
                                                Eigen::Index rows,
                                                Eigen::Index columns) {
-  // Each number takes two characters or more of the text. A size that the text cannot contain is
-  // rejected before memory is allocated.
+  // Each number takes at least two characters of the text. If the text is too short for this size
+  // of the matrix, the text is rejected before memory is allocated.
   const auto most = static_cast<Eigen::Index>(piece.size() / 2);
   if (rows > most || columns > most || rows * columns > most) {
     return std::nullopt;

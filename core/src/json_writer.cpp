@@ -61,7 +61,7 @@ void append_scalar(std::string& out, const Json& value) {
 }
 
 // Appends a list on one line.
-// @param append  appends an entry to a text.
+// @param append  function that appends an entry to a text.
 template <typename List, typename Append>
 void append_list(std::string& out, const List& list, std::string_view comma, const Append& append) {
   out += '[';
@@ -241,8 +241,8 @@ std::string json_text(const Json& value) {
 }
 
 void JsonColumns::begin_row() {
-  // After 256 rows the final size can be estimated, and that memory is reserved. Growth by doubling
-  // would need twice the memory.
+  // After 256 rows, the final size of each column is estimated, and memory of this size is
+  // reserved. Growth by doubling would need twice the memory.
   constexpr std::size_t telling = 256;
   if (rows_ == telling && expected_ > telling) {
     for (Column& column : columns_) {

@@ -14,7 +14,8 @@ char lower(char c) {
   return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
 }
 
-// Optimal string alignment distance (Damerau 1964, restricted to neighbouring swaps).
+// Returns the optimal string alignment distance, which is the smallest number of insertions,
+// deletions, replacements and swaps of neighbouring characters that change a to b (Damerau 1964).
 std::size_t edits(std::string_view a, std::string_view b) {
   const std::size_t columns = b.size() + 1;
   std::vector<std::size_t> before_last(columns);

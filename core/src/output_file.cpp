@@ -32,7 +32,7 @@ namespace {
 std::string followed(std::filesystem::path path) {
   std::error_code none;
   for (int links = 0; links < 40 && std::filesystem::is_symlink(path, none); ++links) {
-    // If the link is absolute, operator/ returns only the link.
+    // If the link's target is an absolute path, operator/ returns only the target.
     path = path.parent_path() / std::filesystem::read_symlink(path, none);
   }
   return path.string();
@@ -80,7 +80,8 @@ bool is_orphan(const std::filesystem::path& path) {
   return orphan;
 }
 
-// Removes the temporary files that killed processes left in a folder. A folder is searched once.
+// Removes the temporary files that killed processes left in a folder. Each process searches a
+// folder only once.
 void remove_orphans(const std::filesystem::path& folder) {
   static std::mutex mutex;
   static std::set<std::string> seen;
@@ -100,7 +101,7 @@ void remove_orphans(const std::filesystem::path& folder) {
   }
 }
 
-// Returns a path of an open file that has no name. linkat() uses it to give the file a name.
+// Returns a path by which linkat() can give a name to an open file that has none.
 std::string link_of(int descriptor) {
   return formatted("/proc/self/fd/{}", descriptor);
 }

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// Waits for its threads in the destructor. (libc++ 14 lacks jthread.)
+// A set of threads. The destructor waits until they end. (libc++ 14 lacks std::jthread.)
 class JoinedThreads {
  public:
   JoinedThreads() = default;
@@ -68,7 +68,7 @@ void for_each_in_parallel(std::size_t count,
           error_at = i;
           error = std::current_exception();
         }
-        next = count;  // no further work starts; all work with lower numbers has already started
+        next = count;  // starts no further work; all lower indices have already started
       }
     }
   };

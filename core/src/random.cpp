@@ -16,10 +16,10 @@ using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 
 // Computes the words that std::seed_seq generates from three numbers for an engine with a large
 // state ([rand.util.seedseq]). Seeding takes longer than drawing from most streams, so two measures
-// make it fast. The loop is split into stretches in which no index wraps around, so that it needs
-// no remainders. Several sequences are computed together. This takes little longer than computing
-// one sequence, because the processor can compute words of one sequence while the next word of
-// another sequence waits for the word before it.
+// make it fast. First, the loop is split into stretches in which no index wraps around, so that it
+// needs no remainders. Second, several sequences are computed together. Within one sequence, each
+// word depends on the word before it. The processor therefore computes words of different sequences
+// in parallel, which takes little longer than computing one sequence.
 template <std::size_t count>
 class SeedSequences {
  public:
@@ -64,7 +64,7 @@ class SeedSequences {
     std::size_t far;
   };
 
-  // Runs the steps k to n - 1. Within a stretch no index wraps around.
+  // Runs the steps k to n - 1 in up to three stretches. Within a stretch, no index wraps around.
   template <typename Step>
   static void for_stretches(std::size_t k, const Step& step) {
     for (const std::size_t end : {n - first - t, n - first, n}) {

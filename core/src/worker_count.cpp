@@ -29,8 +29,8 @@ std::size_t count_of(std::string_view text) {
 }
 
 #ifdef __linux__
-// @return quota / period, the number of processors that a control group may use; infinity if it
-//         has no quota.
+// @return quota / period, the number of processors that a control group may use; infinity if the
+//         group has no quota.
 double quota_of(double quota, double period) {
   return quota > 0.0 && period > 0.0 ? quota / period : std::numeric_limits<double>::infinity();
 }

@@ -69,9 +69,9 @@ void put_fraction(char* first, const Digits& digits, int zeros) {
   std::memcpy(at + 1 + sizeof digits.middle, &digits.last, sizeof digits.last);
 }
 
-// Writes a number with `before_point` digits before the decimal point, 1 to 7. First all digits
-// except the leading one are written from the third character on. Then the first eight characters
-// are overwritten by the leading digits with the decimal point between them.
+// Writes a number that has `before_point` digits (1 to 7) before the decimal point. First, all
+// digits except the leading one are written from the third character on. Then the first eight
+// characters are overwritten by the leading digits with the decimal point between them.
 void put_pointed(char* first, const Digits& digits, int before_point) {
   std::memcpy(first + 2, &digits.middle, sizeof digits.middle);
   std::memcpy(first + 2 + sizeof digits.middle, &digits.last, sizeof digits.last);
@@ -96,8 +96,8 @@ char* put_exponent(char* first, int exponent) {
   return first;
 }
 
-// Writes a positive number as std::to_chars() does. Returns null if the number has no exponent and
-// more than 7 digits before the point.
+// Writes a positive number as std::to_chars() does. Returns null if the text would have no exponent
+// and more than 7 digits before the point.
 char* write_positive(char* first, double value) noexcept {
   const auto decimal = fmt::detail::dragonbox::to_decimal(value);
   const int count = digits_of(decimal.significand);

@@ -44,7 +44,7 @@ struct ConsumerModel {
   /// Factor from the record's field to the consumer's field.
   double field_factor = 1.0;
   bool has_temperature = false;
-  /// True if the consumer corrects biases for temperature by a polynomial, but not scale factors.
+  /// True if the consumer has temperature polynomials for the biases, but not for scale factors.
   bool has_bias_over_temperature = false;
   bool has_also = false;  ///< true: the consumer subtracts the response to the second field
 };

@@ -123,7 +123,7 @@ void add_contact(xml_node parent,
   }
 }
 
-// Returns as statements those details of the certificate for which the schema has no element.
+// Returns the details of the certificate for which the schema has no element, as statements.
 std::vector<std::string> statements_of(const CertificateDetails& details) {
   std::vector<std::string> all = details.traceability;
   const auto say = [&](const char* what, const std::string& text) {

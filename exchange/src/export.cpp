@@ -125,7 +125,7 @@ void require_identifier(const std::string& name) {
 }
 
 // Writes a record. If a conversion from g to m/s^2 needs the local gravity and the record does not
-// state it, standard gravity is used, which is also the assumption of drivers.
+// state it, standard gravity is used. Drivers assume standard gravity too.
 // @param write  function that writes the file with the given options.
 template <typename Write>
 Exported with_gravity(const ExportOptions& options, const Write& write) {
@@ -206,7 +206,7 @@ HeaderNumbers parse_header_numbers(std::string_view text) {
     }
   }
   throw DomainError(
-      formatted("'{}' is not a number type: use double, float, q16 (16 binary places, at most 24), "
+      formatted("'{}' is not a number type: use double, float, q16 (16 binary places; up to q24), "
                 "or q0:16 (0 binary places of the readings, 16 of the field)",
                 text));
 }

@@ -18,7 +18,7 @@ struct Parameter {
   double value;
 };
 
-// Adds one parameter per axis. Its name is prefix, X, Y or Z, and suffix.
+// Adds one parameter per axis. Each name consists of the prefix, the axis letter and the suffix.
 void add_axes(std::vector<Parameter>& all,
               const std::string& prefix,
               const std::string& suffix,

@@ -27,8 +27,8 @@ Exported export_tofupilot(const Calibration& calibration, const ExportOptions& o
 Exported export_label(const Calibration& calibration, const ExportOptions& options);
 Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
 
-/// @return the name of a flight controller's parameter for axis k (0, 1, 2). It is prefix, X, Y or
-///         Z, and suffix.
+/// @return the name of a flight controller's parameter for axis k (0, 1, 2). The name consists of
+///         the prefix, the letter X, Y or Z, and the suffix.
 std::string axis_parameter(const std::string& prefix, int k, const std::string& suffix);
 
 /// @param instance  zero-based number of the sensor.

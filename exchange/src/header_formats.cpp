@@ -245,7 +245,7 @@ Exported fixed_header(const Calibration& calibration,
   const ConsumerModel exact = model;
   model.bias = bias * std::ldexp(1.0, -bias_bits);
   model.inverse = inverse * std::ldexp(1.0, -inverse_bits);
-  // Rounding is not a loss, but missing temperature terms are.
+  // Rounding errors are not reported as a loss, but missing temperature terms are.
   const std::optional<ExportLoss> loss = accepted_loss(calibration, exact, format, options);
   const std::optional<ExportLoss> rounding = loss_of(calibration, model);
   const std::string places = std::to_string(field_bits);
@@ -288,7 +288,7 @@ Exported header(const Calibration& record,
                 const ExportOptions& options,
                 bool is_cpp,
                 std::string_view format) {
-  const Calibration calibration = in_assembly_frame(record);  // the frame of the results of `apply`
+  const Calibration calibration = in_assembly_frame(record);  // `apply` uses this frame too
   require_three_axes(calibration, format);
   const Dialect dialect{.is_cpp = is_cpp, .name = header_name(calibration, options)};
   const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);

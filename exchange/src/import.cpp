@@ -98,8 +98,8 @@ ParameterTable read_parameters(const Source& source,
   return table;
 }
 
-// Reads three parameters, whose names are prefix, X, Y or Z, and suffix. If all three are missing,
-// each value is `otherwise`.
+// Reads three parameters. Each name consists of the prefix, the letter X, Y or Z, and the suffix.
+// If all three parameters are missing, each value is `otherwise`.
 Eigen::Vector3d axes_of(const Source& source,
                         const ParameterTable& table,
                         const std::string& prefix,

@@ -41,7 +41,8 @@ bool has_passed(const Calibration& calibration) {
                                       : calibration.findings.status != CalibrationStatus::refused;
 }
 
-// Returns the quantities with limits from the verdict, followed by the parameters without limits.
+// Returns first the verdict's quantities, with their limits, and then the parameters, without
+// limits.
 std::vector<Measurement> measurements_of(const Calibration& calibration) {
   std::vector<Measurement> all;
   const std::vector<ParameterUncertainty> parameters = parameter_uncertainties(calibration);

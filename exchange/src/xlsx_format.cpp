@@ -80,8 +80,8 @@ class Sheet {
   lxw_worksheet* sheet_;
 };
 
-// A workbook of two sheets. One contains the coefficients, the other readings and the fields
-// computed from them.
+// A workbook of two sheets. The first contains the coefficients. The second contains readings, and
+// the fields computed from them.
 class Workbook {
  public:
   Workbook(const Calibration& calibration, const std::string& path)
@@ -126,8 +126,8 @@ class Workbook {
   static constexpr int table_row = 7;
   [[nodiscard]] int axis_row(int axis) const { return table_row + 1 + axis; }
   [[nodiscard]] int inverse_row(int component) const { return table_row + m_ + 4 + component; }
-  // Columns of an axis: name, bias, three sensitivities, reference temperature, bias terms, scale
-  // terms.
+  // Columns of the table of axes: name, bias, three sensitivities, reference temperature,
+  // temperature terms of the bias, temperature terms of the scale.
   static constexpr int bias_column = 1;
   static constexpr int sensitivity_column = 2;
   static constexpr int reference_column = 5;
@@ -149,7 +149,8 @@ class Workbook {
                            : "reading = bias + sensitivity . field");
     sheet.text(magnitude_row, 0, "magnitude of the field", heading_);
     sheet.number(magnitude_row, 1, sensor().field.magnitude, input_);
-    sheet.text(magnitude_row, 2, "at the place of the readings: change it for another place");
+    sheet.text(magnitude_row, 2,
+               "where the readings were taken; change this value for another place");
     std::vector<std::string> titles = {"axis", "bias", "sensitivity x", "sensitivity y",
                                        "sensitivity z"};
     if (order() > 0) {
@@ -424,7 +425,7 @@ class Workbook {
 }  // namespace
 
 Exported export_xlsx(const Calibration& record, const ExportOptions&) {
-  const Calibration calibration = in_assembly_frame(record);  // frame of the results of `apply`
+  const Calibration calibration = in_assembly_frame(record);  // `apply` uses this frame too
   const SensorModel& sensor = calibration.sensor;
   if (sensor.instrument.axis_count() > 3 || sensor.instrument.one_sided || !sensor.also.empty() ||
       !gives_field(calibration)) {

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double mu_0 = 4e-7 * std::numbers::pi;  // [T m/A]; equals CODATA 2022 to 1.3e-10
+constexpr double mu_0 = 4e-7 * std::numbers::pi;  // [T m/A]; CODATA 2022 within 1.3e-10 (relative)
 
 double helmholtz_T(double ampere_turns, double radius_m) {
   return std::pow(0.8, 1.5) * mu_0 * ampere_turns / radius_m;

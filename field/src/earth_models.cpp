@@ -85,10 +85,11 @@ std::shared_ptr<const GeomagneticModel::Coefficients> geomagnetic_coefficients(
   try {
     return std::make_shared<const Installed>(name);
   } catch (const GeographicLib::GeographicErr& error) {
-    throw DataError(
-        name, formatted("no such magnetic model: looked in {} ({}); install it for GeographicLib, "
-                        "set GEOGRAPHICLIB_MAGNETIC_PATH, or use wmm2025, which is built in",
-                        GeographicLib::MagneticModel::DefaultMagneticPath(), error.what()));
+    throw DataError(name,
+                    formatted("magnetic model not found in the folder {} ({}); install it for "
+                              "GeographicLib, set GEOGRAPHICLIB_MAGNETIC_PATH, or use "
+                              "wmm2025, which is built in",
+                              GeographicLib::MagneticModel::DefaultMagneticPath(), error.what()));
   }
 }
 
@@ -105,10 +106,11 @@ Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& model) {
     installed.Gravity(site.latitude_deg, site.longitude_deg, site.height_m, gravity.x(),
                       gravity.y(), gravity.z());
   } catch (const GeographicLib::GeographicErr& error) {
-    throw DataError(
-        model, formatted("no such gravity model: looked in {} ({}); install it for GeographicLib, "
-                         "set GEOGRAPHICLIB_GRAVITY_PATH, or use wgs84, which is built in",
-                         GeographicLib::GravityModel::DefaultGravityPath(), error.what()));
+    throw DataError(model,
+                    formatted("gravity model not found in the folder {} ({}); install it for "
+                              "GeographicLib, set GEOGRAPHICLIB_GRAVITY_PATH, or use "
+                              "wgs84, which is built in",
+                              GeographicLib::GravityModel::DefaultGravityPath(), error.what()));
   }
   return Eigen::Vector3d::Zero() - gravity;
 }

@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// JSON members of a field that a model computes for a site, and of one that also needs a date.
+/// JSON members of a field that a model computes for a site, without and with a date.
 inline constexpr std::array<std::string_view, 2> members_with_site = {"model", "site"};
 inline constexpr std::array<std::string_view, 3> members_with_date = {"model", "site", "date"};
 

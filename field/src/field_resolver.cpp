@@ -124,8 +124,8 @@ std::string FieldResolver::unit_from_magnitude(const FieldKind& kind) const {
   return "";
 }
 
-// Returns the unit of the readings if no number is stated and the kind has that unit. Otherwise
-// returns the kind's first unit.
+// Returns the unit of the readings if no number of the field is stated and the kind allows this
+// unit. Otherwise returns the kind's first unit.
 std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
   const std::string& of_readings = occasion_.reading_unit;
   const bool has_number = given_.magnitude || given_.in_table || given_.magnitude_u > 0.0;

@@ -239,7 +239,7 @@ FieldDescription describe_field(const TablePlace& place,
     return field_kind(part.kind).dated && !part.model.empty();
   });
   if (field.date.empty() && dated) {
-    field.date = output_timestamp().substr(0, 10);  // the model depends on the date
+    field.date = output_timestamp().substr(0, 10);  // the model was evaluated for today
   }
   return field;
 }

@@ -25,7 +25,7 @@ constexpr std::array units = {
     Unit{"W/m^2", "irradiance", 1.0},           Unit{"lux", "illuminance", 1.0},
 };
 
-// Further units of readings, and other spellings. Here `g` is standard gravity.
+// Units that only readings may have, and other spellings of units. Here `g` is standard gravity.
 constexpr std::array reading_units = {
     Unit{"g", "acceleration", standard_gravity},
     Unit{"mg", "acceleration", 1e-3 * standard_gravity},

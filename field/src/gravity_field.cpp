@@ -95,7 +95,7 @@ FieldKind gravity_entry() {
           .local = true,
           .vertical = true,
           .along_normal = true,
-          .least_magnitude = 0.99,  // on the ground: 0.9956 g (high, at the equator) to 1.0026 g
+          .least_magnitude = 0.99,  // 0.9956 g (high altitude, equator) to 1.0026 g (poles)
           .greatest_magnitude = 1.01,
           .members = members_with_site,
           .make = maker_of<GravityField>()};

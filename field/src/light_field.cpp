@@ -21,7 +21,7 @@ Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Lamp& lamp : lamps) {
     if (!(lamp.irradiance > 0.0) || !(lamp.direction_in_table.norm() > 0.0)) {
-      throw DomainError("lamp: needs a direction and a positive irradiance");
+      throw DomainError("a lamp needs a direction that is not zero, and a positive irradiance");
     }
     sum += lamp.irradiance * lamp.direction_in_table.normalized();
   }

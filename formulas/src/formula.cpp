@@ -246,12 +246,12 @@ Formula::Formula(const std::string& text, std::vector<std::string> names)
   constexpr std::size_t longest = 1900;
   constexpr auto deepest = 100;
   if (text.size() > longest) {
-    throw DomainError(formatted("the formula '{}...': has {} characters; at most {} are allowed",
+    throw DomainError(formatted("the formula '{}...' has {} characters; at most {} are allowed",
                                 text.substr(0, 40), text.size(), longest));
   }
   if (std::count(text.begin(), text.end(), '(') > deepest) {
-    throw DomainError(formatted("the formula '{}...': has more than {} parentheses",
-                                text.substr(0, 40), deepest));
+    throw DomainError(
+        formatted("the formula '{}...' has more than {} parentheses", text.substr(0, 40), deepest));
   }
   parsed_->names = std::move(names);
   try {

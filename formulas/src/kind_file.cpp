@@ -97,7 +97,7 @@ std::vector<KindQuantity> describe(const StatedKind& kind, const CalibratedInstr
   return all;
 }
 
-// Parses the formula of each entry {"name", "formula", ..} of a list, and calls `take` with it.
+// Parses the formula of each entry {"name", "formula", ..} of a list, and passes it to `take`.
 template <typename Take>
 void for_each_formula(const JsonValue& file,
                       std::string_view key,

@@ -14,7 +14,7 @@ void check_axis(int nominal_axis) {
   }
 }
 
-// Converts between a row in the given convention and the same row in forward-right-down.
+// Converts a row of S from the given axis convention to forward-right-down, or back.
 Eigen::Vector3d other_convention(const Eigen::Vector3d& row, AxisConvention convention) {
   return convention == AxisConvention::forward_right_down
              ? row

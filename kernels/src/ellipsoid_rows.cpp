@@ -17,7 +17,7 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Computes the rows that fill whole vectors. @return the number of these rows.
+// Computes the first rows, as many as fill whole SIMD vectors. @return the number of these rows.
 std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
                                const EllipsoidWeights& weights,
                                const EllipsoidRows& rows) {
@@ -69,8 +69,8 @@ std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
   return end;
 }
 
-// Returns the sum of (scale (|f| - 1))^2 over the rows that fill whole vectors. `end` receives the
-// number of these rows.
+// Returns the sum of (scale (|f| - 1))^2 over the first rows, as many as fill whole SIMD vectors.
+// `end` receives the number of these rows.
 double SumOfDeviations(const EllipsoidReadings& readings, const double* scale, std::size_t& end) {
   const hn::CappedTag<double, 8> lanes;
   end = readings.n - readings.n % hn::Lanes(lanes);

@@ -26,8 +26,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::CappedTag<double, 8>;
 using Double = hn::Vec<Lanes>;
 
-// Results with at least this number of rows are written directly to memory, without the caches.
-// Otherwise the processor would read each cache line before overwriting it.
+// Results with at least this number of rows are written directly to memory and bypass the caches.
+// In a normal write, the processor would read each cache line before overwriting it.
 constexpr std::size_t streams_from = std::size_t{1} << 20U;
 
 struct Affine {

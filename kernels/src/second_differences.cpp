@@ -15,8 +15,8 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Returns the sum of the terms that fill whole steps of four vectors. `done` receives the number of
-// these terms.
+// Returns the sum of the first terms, as many as fill whole groups of four SIMD vectors. `done`
+// receives the number of these terms.
 double SumSquares(const double* x, std::size_t m, std::size_t count, std::size_t& done) {
   const hn::CappedTag<double, 8> lanes;
   using Double = hn::Vec<decltype(lanes)>;

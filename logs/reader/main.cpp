@@ -39,7 +39,7 @@ std::string answer_of(std::string_view format) {
   try {
     table = (format == "hdf5" ? read_hdf5(path) : read_mat73(path)).take_largest("");
   } catch (const DataError& error) {
-    return std::string("0") + (error.what() + 2);  // without ': ' after the empty path
+    return std::string("0") + (error.what() + 2);  // skips the ': ' after the empty path
   } catch (const Error& error) {
     return std::string("0") + error.what();
   }

@@ -18,7 +18,7 @@ namespace {
 // @return the equivalent degrees of freedom of an overlapping Allan variance (NIST SP 1065, table
 //         5) for the kind of noise whose slope (-1, -1/2, 0 or +1/2) is closest to `slope`.
 // @param slope   slope of the deviation over tau in a log-log plot.
-// @param phases  number of phases of the record.
+// @param phases  number of phases (values of the samples' running integral).
 // @param m       averaging length in samples.
 double degrees_of_freedom(double slope, double phases, double m) {
   const double N = phases;
@@ -49,8 +49,8 @@ void add_intervals(std::vector<AllanPoint>& points, double phases) {
             ? std::log(after.deviation / before.deviation) / std::log(after.tau_s / before.tau_s)
             : -0.5;
     AllanPoint& point = points[i];
-    // At long tau the deviations scatter, so a steep fall is regarded as chance, not as phase
-    // noise.
+    // At long tau the deviations scatter, so a steep negative slope is attributed to chance, not to
+    // phase noise.
     const bool is_long = static_cast<double>(point.samples) * 100.0 > phases;
     point.degrees_of_freedom = degrees_of_freedom(is_long ? std::max(slope, -0.5) : slope, phases,
                                                   static_cast<double>(point.samples));
@@ -94,8 +94,8 @@ void require_enough(std::size_t phases) {
   }
 }
 
-// Computes the Allan deviation curve of a record from its phases.
-// @param phase        the phases of the record.
+// Computes the Allan deviation curve of a record.
+// @param phase        the phases of the record, which are the running integral of its samples.
 // @param zero_before  true if `phase` lacks the first phase, which is 0.
 std::vector<AllanPoint> curve_of(std::span<const double> phase,
                                  bool zero_before,

@@ -36,7 +36,7 @@ void require_three(const std::vector<std::string>& columns) {
   }
 }
 
-// @return the means of three columns over the rests, as readings of an instrument.
+// @return one reading for each period of rest: the means of three columns over that period.
 Observations readings_of(const Segmentation& rests, const std::vector<std::string>& columns) {
   Observations observations;
   const auto n = static_cast<Eigen::Index>(rests.intervals.size());
@@ -62,7 +62,7 @@ Observations readings_of(const Segmentation& rests, const std::vector<std::strin
   return observations;
 }
 
-// @return the readings at the rests that have a label; the labels are set in the readings.
+// @return the readings at the rests that have a label. Each reading contains its label.
 Observations labelled(const Observations& all,
                       const SeatLabels& labels,
                       const std::vector<RunSheetRow>& sheet) {
@@ -86,7 +86,7 @@ Observations labelled(const Observations& all,
   return chosen;
 }
 
-// @return the field at each rest, computed from the means with a calibration, n x 3.
+// @return the field at each rest, n x 3. It is computed by applying a calibration to the means.
 Eigen::MatrixX3d fields_by(const LinearResponse& response, const Eigen::MatrixX3d& means) {
   const Eigen::Matrix3d inverse = Eigen::Matrix3d(response.sensitivity).inverse();
   return (means.rowwise() - response.bias.transpose()) * inverse.transpose();
@@ -120,11 +120,11 @@ double spread_of(const Eigen::MatrixX3d& ups) {
   return std::sqrt(ldlt.solve(Eigen::MatrixXd::Identity(9, 9)).trace());
 }
 
-// The quality of the rests that one threshold gives. The expected error of the coefficients is
-// scatter times spread. The spread is the result of spread_of(). With a gyroscope, the scatter is
-// the standard deviation of the attitude errors after the turns, because motion during a rest
-// changes these errors most. Without a gyroscope, the scatter is the standard deviation of the
-// calibrated magnitudes of gravity.
+// The quality of the rests that are detected with one threshold. The expected error of the
+// coefficients is scatter times spread. The spread is the result of spread_of(). With a gyroscope,
+// the scatter is the standard deviation of the attitude errors after the rotations between rests,
+// because motion during a rest affects these errors most. Without a gyroscope, the scatter is the
+// standard deviation of the calibrated magnitudes of gravity.
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
@@ -150,8 +150,9 @@ RestQuality quality_of(const Segmentation& rests,
   return {.scatter = turns.residual_sd_rad, .spread = spread, .inverse = turns.inverse};
 }
 
-// Finds the threshold whose rests give the smallest expected error of the coefficients. A threshold
-// is tried only if its number of rests is within 25 % of that of most_persistent().
+// Finds the detection threshold that gives the smallest expected error of the coefficients. A
+// threshold is tried only if its number of rests differs by at most 25 % from the number at the
+// threshold of most_persistent().
 //
 // @param notes    receives a note if fewer rests are used than most_persistent() would use.
 // @param inverse  receives the inverse of the gyroscope's sensitivity, fitted to the turns.
@@ -398,9 +399,9 @@ class ImuCalibrator {
     return false;
   }
 
-  // Leaves out the samples during which a sensor is in a sleep mode. It then repeats one value even
-  // if it moves. The samples are kept if the noise of a sensor is below its resolution, because
-  // such a sensor also repeats one value at rest.
+  // Leaves out the samples during which a sensor is in a sleep mode, in which it repeats one value
+  // even if it moves. If the noise of a sensor is below its resolution, the samples are kept,
+  // because such a sensor also repeats one value at rest.
   void leave_frozen_out(const SegmentOptions& options,
                         const std::function<Segmentation(const SegmentOptions&)>& rests_by) {
     SegmentOptions awake = options;
@@ -495,8 +496,8 @@ class ImuCalibrator {
     }
     experiment.instrument.axes = options_.accelerometer;
     set_default_field(experiment);
-    // All rests get the same weight, because the error of the model for a board that is turned by
-    // hand is larger than the noise of a mean over one second.
+    // All rests get the same weight. If a board is rotated by hand, the errors of the model are
+    // larger than the noise of a mean over one second.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     Observations observations = observations_of(options_.accelerometer);
     if (!result_.seats && !experiment.fit.method) {
@@ -532,7 +533,7 @@ class ImuCalibrator {
     }
     TurnFitOptions turn_options = options_.turns;
     // gyroscope_inverse_ refers to the frame of an accelerometer that was fitted to this log. If a
-    // calibration of the accelerometer was given, its frame may be another one.
+    // calibration of the accelerometer was given, that accelerometer's frame may differ.
     if (gyroscope_inverse_ && !options_.known_accelerometer && !turn_options.start) {
       turn_options.start = gyroscope_inverse_;
     }

@@ -157,8 +157,8 @@ LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz)
     windows.push_back(windows_of(column.samples, length));
   }
   LongestRest rest;
-  // The 2 % quantile is tried second. It is the variance at rest if less than a tenth of the log is
-  // at rest.
+  // The 2 % quantile is tried second: if less than a tenth of the log is at rest, the 10 % quantile
+  // is not the variance at rest.
   for (const double quietest : {0.1, 0.02}) {
     const std::pair<std::size_t, std::size_t> run =
         longest_quiet(loud_windows(columns, windows, quietest));

@@ -250,8 +250,8 @@ CurveFit fit_curve(std::span<const AllanPoint> points, double error) {
   return fit;
 }
 
-// Fits the curve, assuming the relative error of the model for which chi^2 equals its degrees of
-// freedom. This error is found by bisection.
+// Fits the curve with an assumed relative error of the model. The error is found by bisection, so
+// that chi^2 equals the degrees of freedom.
 CurveFit with_model_error(std::span<const AllanPoint> points) {
   double low = 0.0;
   double high = 1e-3;
@@ -280,7 +280,7 @@ CurveFit with_model_error(std::span<const AllanPoint> points) {
 
 // The coefficient of white noise, determined from a stretch of the curve.
 struct WhiteStretch {
-  double coefficient = 0.0;  // N
+  double coefficient = 0.0;  // coefficient N of white noise
   double relative_sd = 0.0;
 };
 

@@ -15,8 +15,8 @@
 namespace axiscal {
 namespace {
 
-// A unit of data sheets, and the factor that converts a coefficient from SI units (with seconds and
-// hertz) to it.
+// A unit used in data sheets, and the factor that converts a coefficient from SI units (including
+// s and Hz) to this unit.
 struct SheetUnit {
   double factor = 1.0;
   const char* name = "";

@@ -40,7 +40,7 @@ std::optional<Face> face_member(const JsonValue& region, const char* name) {
   return face;
 }
 
-// @return the region that a name of the library imucal states, such as "x_p", "y_a" or "z_rot";
+// @return the region for a region name of the library imucal, such as "x_p", "y_a" or "z_rot";
 //         nullopt for other names.
 std::optional<Region> region_called(std::string_view name) {
   if (name.size() < 3 || name[1] != '_' || name[0] < 'x' || name[0] > 'z') {

@@ -30,8 +30,8 @@ std::vector<std::size_t> begins_of(const Observations& samples) {
   return begins;
 }
 
-// @return the number of samples per second; nullopt if fewer than half of the samples have a time
-//         later than that of the sample before.
+// @return the number of samples per second; nullopt if the time increases at fewer than half of the
+//         samples.
 std::optional<double> rate_of(const Observations& samples) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < samples.readings.size(); ++i) {

@@ -27,7 +27,8 @@ std::string rest_name(std::size_t rest) {
 }
 
 std::string seen_name(const std::optional<Face>& face) {
-  return face ? "rest " + std::string(face_name(*face)) : "no face, because it lies on an edge";
+  return face ? "rest " + std::string(face_name(*face))
+              : "no face, because the cube lies on an edge";
 }
 
 // @return the two fence faces that the standard design has for a rest face. These are the faces +
@@ -53,10 +54,10 @@ Eigen::Matrix3d rotation_positioner_from_table(const DesignPoint& point) {
   return Positioner().rotation_table_from_positioner(point).transpose();
 }
 
-// @param face   rest face of a rest, if it is known.
-// @param first  label of this rest, if it is known.
-// @return `first` if it is known. Otherwise a label with the rest face `face`, or nullopt if this
-//         face is not known either.
+// @param face   face on the table at a rest; nullopt if not known.
+// @param first  label of the same rest; nullopt if not known.
+// @return `first` if known; otherwise a label with the rest face `face`; nullopt if neither is
+//         known.
 std::optional<DesignPoint> start_of(const std::optional<Face>& face,
                                     const std::optional<DesignPoint>& first) {
   if (first) {
@@ -297,8 +298,8 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
     }
     if (!best || least > farthest_rad) {
       labels.messages.push_back(formatted(
-          "{} ({}) gets no label: by the integrated turn, the cube is {} degrees from the nearest "
-          "possible design point",
+          "the design point of {} ({}) is unknown: according to the gyroscope, the cube is {} "
+          "degrees from the nearest possible design point",
           rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
       continue;
     }
@@ -344,8 +345,8 @@ SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
     if (!faces[i] || least > farthest_rad) {
       labels.points[i].reset();
       labels.messages.push_back(
-          formatted("{} ({}) gets no label: the magnetometer's heading is {} degrees from the "
-                    "nearest seat",
+          formatted("the design point of {} ({}) is unknown: according to the magnetometer, the "
+                    "heading is {} degrees from that of the nearest possible design point",
                     rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
     }
   }
@@ -359,7 +360,8 @@ SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces) {
     if (!faces[i]) {
       labels.points.emplace_back();
       labels.messages.push_back(
-          formatted("{} gets no label: {}", rest_name(i), seen_name(faces[i])));
+          formatted("the design point of {} is unknown: the accelerometer shows {}", rest_name(i),
+                    seen_name(faces[i])));
       continue;
     }
     labels.points.emplace_back(

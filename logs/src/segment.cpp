@@ -296,7 +296,10 @@ SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segm
   };
   for (const std::string& name : options.columns) {
     if (found && log.need(name) == chosen.times.position) {
-      throw DataError(log.path(), formatted("column '{}' is the column of times", name));
+      throw DataError(log.path(),
+                      formatted("column '{}' is the column of times, so it cannot be the column "
+                                "of a sensor",
+                                name));
     }
   }
   result.detection = positions_of(options.columns);
@@ -492,7 +495,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
 
 namespace {
 
-// @return the names of the parts of an induced field whose levels are stated separately in a sheet.
+// @return the names of those parts of an induced field for which a sheet states separate levels.
 std::set<std::string> parts_with_levels(const std::vector<RunSheetRow>& sheet) {
   std::set<std::string> parts;
   for (const RunSheetRow& row : sheet) {

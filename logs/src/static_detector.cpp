@@ -324,7 +324,7 @@ class StaticDetector::Stream {
   // Computes values that all detectors use. These are the extremes of each stretch of 64 samples
   // and, for each sample, the sum of motion_ over the samples before it in the block. The sums
   // exclude samples with infinite motion, because these are never at rest.
-  // @return the smallest and the largest loudness in the block, without values of 0 and infinity.
+  // @return the smallest and the largest loudness in the block, ignoring 0 and infinity.
   Extremes survey(std::size_t to) {
     Extremes audible{.quietest = infinite};
     stretches_.clear();
@@ -538,7 +538,7 @@ std::size_t join_split_rests(std::vector<StaticInterval>& intervals,
       kept.push_back(std::move(next));
       continue;
     }
-    // Only the longer rest is kept. The samples of the knock between the two belong to neither.
+    // Only the longer of the two rests is kept. The samples of the knock between them are left out.
     if (next.samples() > kept.back().samples()) {
       kept.back() = std::move(next);
     }

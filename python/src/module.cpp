@@ -126,7 +126,8 @@ RowMajor apply(const Calibration& calibration,
   return result;
 }
 
-// As derived(), for an instrument with fewer than three axes: the angle of each axis.
+// Like derived(), but for an instrument with fewer than three axes. Each derived value is the angle
+// of one axis.
 py::tuple angles_of_axes(const Calibration& calibration,
                          const Reducer& reducer,
                          const Rows& readings,
@@ -155,9 +156,10 @@ py::tuple angles_of_axes(const Calibration& calibration,
       py::array_t<std::uint8_t>(static_cast<py::ssize_t>(flags.size()), flags.data()));
 }
 
-// Returns the names of the values that the kind of instrument derives from the field (d names), the
-// values of each reading (n x d), and the flags of each reading (n): 1: a value was clamped; 2: the
-// temperature is outside the calibrated range; 4: the reading does not determine the field.
+// Computes the values that are derived from the field for this kind of instrument, such as pitch.
+// Returns the names of the d values, the values for each reading (n x d), and the flags of each
+// reading (n). Flags: 1: a value was clamped; 2: the temperature is outside the calibrated range;
+// 4: the reading does not determine the field.
 // @param temperatures  n x 1 or n x m; empty: the reference temperature.
 // @param up            n x 3.
 py::tuple derived(const Calibration& calibration,

@@ -56,7 +56,7 @@ std::string words_of_parameter(const std::string& name) {
     return formatted("scatter of {}", parts[0]);
   }
   if (parts.size() == 2 && parts[0] == "levelness") {
-    return formatted("tilt of the table along {}", parts[1]);
+    return formatted("slope of the table along {}", parts[1]);
   }
   constexpr std::array<std::pair<std::string_view, std::string_view>, 4> others = {
       {{"readings", "number of readings"},

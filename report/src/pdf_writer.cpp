@@ -93,8 +93,8 @@ class PdfPages::Page {
     return static_cast<double>(extents.width) / PANGO_SCALE;
   }
 
-  // Starts a new page if a block of this height does not fit on this page. Then draws the pending
-  // heading.
+  // Starts a new page if a block of the given height does not fit on the current page. Then draws
+  // the pending heading.
   void begin(double height) {
     constexpr double of_heading = 30.0;
     need(height + (heading_.empty() ? 0.0 : of_heading));
@@ -152,8 +152,8 @@ class PdfPages::Page {
     cairo_stroke(pen_);
   }
 
-  // Draws a picture of at most `wide` x `high`. The x coordinate is that of its right edge if
-  // `to_the_right` is true, otherwise that of its left edge.
+  // Draws a picture of at most `wide` x `high`. If `to_the_right` is true, `x` is the coordinate of
+  // the picture's right edge; otherwise `x` is the coordinate of its left edge.
   // @return the height of the picture.
   double picture(const std::string& path, double x, bool to_the_right, double wide, double high) {
     cairo_surface_t* const image = cairo_image_surface_create_from_png(path.c_str());

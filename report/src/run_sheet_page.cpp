@@ -14,8 +14,8 @@
 namespace axiscal {
 namespace {
 
-// A point of the drawing, seen from the front, the right and above. In the table's frame, the cube
-// extends from -1 to 1 along each axis.
+// A point of the drawing. The drawing shows the cube as seen from the front, the right and above.
+// In the table's frame, the cube extends from -1 to 1 along each axis.
 struct Spot {
   double x;
   double y;

@@ -99,7 +99,8 @@ std::optional<Plot> measured_plot(const Calibration& calibration,
 
 // ---- Figure: the axes in space ----
 
-// A point of the drawing, seen from the front, the right and above. x is to the right, z is up.
+// A point of the drawing. The drawing shows the axes as seen from the front, the right and above.
+// x is to the right, z is up.
 struct Seen {
   double x;
   double y;
@@ -314,7 +315,7 @@ std::string plain_numbers(const OrientationQuality& quality,
   std::vector<std::array<std::string, 3>> numbers = {
       {"Gaps", percent(1.0 - quality.coverage),
        formatted(
-           "of the sphere is farther than 30\u00b0 from a reading; the largest gap is {}\u00b0",
+           "of the sphere is farther than 30\u00b0 from every reading; the largest gap is {}\u00b0",
            rounded(quality.largest_gap_rad * deg_per_rad))},
       {"Fit error", percent(quality.fit_error),
        "of the field: rms difference of the calibrated magnitude from the field's magnitude"},

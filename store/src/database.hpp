@@ -70,7 +70,7 @@ class Database {
                        const Take& take = {}) = 0;
 };
 
-/// Opens a file of SQLite.
+/// Opens an SQLite file.
 /// @param may_create  true: a missing file is created.
 /// @throws DataError     if the file cannot be opened, or is not a database.
 /// @throws RefusedError  if this build lacks SQLite.

@@ -12,7 +12,7 @@ namespace axiscal {
 namespace {
 
 // Returns the statements that update the schema: element i updates version i to version i + 1. Do
-// not change these elements, because existing stores were made by them. Append an element for a new
+// not change these elements, because existing stores were made with them. Append one for each new
 // version.
 std::vector<std::vector<std::string>> steps(const Database::Dialect& dialect) {
   return {

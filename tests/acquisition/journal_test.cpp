@@ -94,7 +94,7 @@ TEST(Journal, RefusesAFileThatIsThereAndASecondWriter) {
   const Journal journal = Journal::create(path);
   EXPECT_NE(test::complaint_of<OutputError>([&] {
               const Journal other = Journal::create(path);
-            }).find("exists already; resume it"),
+            }).find("exists already; resume its session"),
             std::string::npos);
   std::vector<std::string> lines;
   EXPECT_NE(test::complaint_of<OutputError>([&] {

@@ -78,7 +78,7 @@ TEST(FieldCommand, RefusesWhatNoModelHoldsFor) {
   const ProgramResult missing = run_axiscal(
       {"field", "--latitude", "10", "--longitude", "2", "--magnetic-model", "no-such-model"});
   EXPECT_EQ(missing.status, 3);
-  EXPECT_THAT(missing.err, HasSubstr("looked in"));
+  EXPECT_THAT(missing.err, HasSubstr("not found in the folder"));
 }
 
 // A log of a magnetometer (mx, my, mz) and an accelerometer (ax, ay, az) in one housing that is

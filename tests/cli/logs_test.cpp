@@ -79,7 +79,7 @@ TEST_F(LogCommands, SegmentGivesWhatCalibrateTakes) {
   const ProgramResult segmented = run_axiscal(
       {"segment", log_path_, "--columns", "ax,ay,az", "--plan", sheet_path_, "-o", run});
   ASSERT_EQ(segmented.status, 0) << segmented.err;
-  EXPECT_THAT(segmented.err, HasSubstr("12 rests in "));
+  EXPECT_THAT(segmented.err, HasSubstr("12 rests found in "));
   EXPECT_THAT(segmented.err, testing::Not(HasSubstr("warning")));
   const std::string record = folder_.path("cal.json");
   const ProgramResult calibrated =
@@ -153,7 +153,7 @@ TEST_F(LogCommands, ImuGivesARecordForEachInstrument) {
       run_axiscal({"calibrate", "--imu", log_path_, "--gyroscope", "gx,gy,gz", "--cube", "--unit",
                    "V", "--gyroscope-unit", "deg/s", "-o", folder_.path("imu-{slot}.json")});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("12 rests in "));
+  EXPECT_THAT(result.out, HasSubstr("12 rests found in "));
   EXPECT_THAT(result.out, HasSubstr("11 turns, attitude error"));
   const json accelerometer = read_json(folder_.path("imu-accelerometer.json"));
   const json gyroscope = read_json(folder_.path("imu-gyroscope.json"));

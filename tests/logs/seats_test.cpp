@@ -231,7 +231,8 @@ TEST(LabelByOrder, TakesTheFencesInTurn) {
   EXPECT_FALSE(labels.points[2].has_value());
   EXPECT_EQ(labels.points[3], DesignPoint(Face::plus_x, Face::minus_y));
   EXPECT_EQ(labels.points[4], DesignPoint(Face::minus_z, Face::minus_x));
-  EXPECT_THAT(labels.messages, ElementsAre(HasSubstr("rest 3 gets no label: no face")));
+  EXPECT_THAT(labels.messages,
+              ElementsAre(HasSubstr("rest 3 is unknown: the accelerometer shows no face")));
 }
 
 }  // namespace

@@ -125,7 +125,8 @@ class AttitudeBudgetMaker {
   // Returns the simulated errors of each result, one for each trial; empty if the result is NaN.
   [[nodiscard]] std::vector<std::vector<double>> drawn_errors(int trials, std::uint64_t seed) const;
 
-  // Returns options with which every trial gives the same one of the angles roll and yaw.
+  // Returns options that fix whether roll or yaw is computed, so that all trials give the same one
+  // of these two angles.
   static ReductionOptions one_pair_of_angles(const Calibration& calibration,
                                              ReductionOptions options,
                                              const Eigen::Vector3d& field) {
@@ -213,9 +214,9 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
     }
     return z;
   };
-  // Draws sqrt(nu / chi^2). A normal number times this factor has Student's t distribution. chi^2
-  // is a sum of squared normal numbers. If nu is not an integer, the last square is multiplied by
-  // the fractional part of nu.
+  // Draws sqrt(nu / chi^2), where chi^2 has nu degrees of freedom. A normal number times this
+  // factor has Student's t distribution. chi^2 is a sum of squared normal numbers. If nu is not an
+  // integer, the last square is multiplied by the fractional part of nu.
   const auto t_factor = [&](double nu) {
     double chi2 = 0.0;
     double left = nu;

@@ -164,8 +164,8 @@ Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
 
 void require_all_turns(const std::vector<Direction>& all) {
   const SymmetricEigen eigen = symmetric_eigen(sight_of(all));
-  // Limit of the smallest eigenvalue, divided by the number of directions. It is the squared sine
-  // of 0.6 degrees, the rms angle of the directions to one line.
+  // Lower limit of the smallest eigenvalue, divided by the number of directions. It is the squared
+  // sine of 0.6 degrees, the smallest accepted rms angle between the directions and one line.
   constexpr double open_below = 1e-4;
   if (eigen.values(0) > open_below * static_cast<double>(all.size())) {
     return;

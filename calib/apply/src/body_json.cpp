@@ -24,8 +24,8 @@ void members(JsonMembers& io, BodyRotation& body) {
   io.value("readings", body.readings);
   io.number("residual_sd_rad", body.residual_sd_rad);
   io.value_if_any("tare_rad", body.tare_rad);
-  // If the file lacks `calibration`, the whole covariance counts as that of the references, so that
-  // the rotation is independent of the calibration.
+  // If the file lacks `calibration`, the whole covariance is taken as the covariance of the
+  // references, so that the rotation is independent of the calibration.
   body.covariance_of_references = io.reads() ? body.covariance : body.covariance_of_references;
   io.object("calibration", !body.parameter_names.empty(), [&](JsonMembers& one) {
     one.value_if_any("record", body.record);
@@ -37,7 +37,8 @@ void members(JsonMembers& io, BodyRotation& body) {
   });
   io.number("degrees_of_freedom", body.degrees_of_freedom);
   if (io.reads() && !(body.degrees_of_freedom > 0.0)) {
-    body.degrees_of_freedom = std::numeric_limits<double>::infinity();  // null in the file
+    // Written as null in the file.
+    body.degrees_of_freedom = std::numeric_limits<double>::infinity();
   }
 }
 
@@ -66,7 +67,7 @@ std::optional<SensorTemperature> temperature_in(const CsvReader& csv,
 }
 
 // Sets the attitude or the face of `reading` as stated in the row. Does nothing if the table has
-// none of these columns.
+// neither attitude columns nor a face column.
 void put_place(const CsvReader& csv,
                const std::optional<std::size_t>& flat,
                const std::optional<std::size_t>& pitch,

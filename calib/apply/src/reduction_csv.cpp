@@ -27,8 +27,8 @@ namespace {
 
 using Sink = std::function<void(std::string_view)>;
 
-// Writes rows to a buffer. A full buffer is enlarged. But if it is already large and there is a
-// sink, its rows are passed to the sink instead.
+// Writes rows to a buffer. A full buffer is enlarged; or, if the buffer is already large and there
+// is a sink, its rows are passed to the sink.
 class RowWriter {
  public:
   // @param buffer  receives the output; its old content is discarded.
@@ -42,7 +42,7 @@ class RowWriter {
     buffer_.resize(std::max(buffer_.size(), least));
   }
 
-  // The rows that were not passed to the sink yet.
+  // The rows that have not been passed to the sink.
   [[nodiscard]] std::string_view rows() const { return {buffer_.data(), used_}; }
 
   // Writes text if the output is CSV. Does nothing if it is binary.
@@ -311,7 +311,7 @@ class RowReduction {
     for (const std::string& name : results_) {
       if (csv.column(name)) {
         throw DataError(csv.path(), csv.line(),
-                        formatted("column '{}': apply writes a result with this name; rename or "
+                        formatted("column '{}': `apply` writes a result with this name; rename or "
                                   "remove the column",
                                   name));
       }

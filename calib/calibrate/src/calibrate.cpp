@@ -65,7 +65,8 @@ SolvedRun solved(const PreparedRun& run) {
 
 Calibration calibrated(const Experiment& experiment, const Observations& observations);
 
-// Calibrates without the readings in `rows`. Adds the reasons for leaving them out as warnings.
+// Calibrates without the readings in `rows`. Adds `reasons`, which state why these readings are
+// left out, to the warnings.
 Calibration calibrated_without(const Experiment& experiment,
                                const Observations& observations,
                                const std::vector<std::size_t>& rows,

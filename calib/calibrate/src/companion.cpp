@@ -68,7 +68,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
                                          const Calibration& companion,
                                          const Eigen::MatrixXd& companions,
                                          const Alignment& alignment) {
-  // The covariance is proportional to 1 / n, so a part of the readings is sufficient.
+  // Largest number of readings to simulate. The covariance is proportional to 1 / n for n readings,
+  // so the covariance of fewer readings can be scaled to all readings.
   constexpr Eigen::Index most_rows = 1000;
   const Eigen::Index step = 1 + (readings.rows() - 1) / most_rows;
   const Eigen::Index n = (readings.rows() + step - 1) / step;

@@ -56,8 +56,8 @@ struct SearchedRun {
   std::unique_ptr<const ReadingSet> judged;
   ReadingSet kept_out;  ///< the confirmation readings, with their shared errors removed too
 
-  /// Warnings of mistakes that the fit models by a term: a drift, a step of the biases, or a memory
-  /// (hysteresis).
+  /// Warnings about mistakes for which the fit has a term: a drift, a step of the biases, or a
+  /// memory (hysteresis).
   std::vector<CalibrationWarning> taken_in;
 };
 

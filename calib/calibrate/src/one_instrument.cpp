@@ -29,7 +29,7 @@ std::optional<Calibration> calibration_of(Experiment experiment, const Observati
   experiment.fit.search_for_mistakes = false;
   experiment.fit.seats = SeatSetup::none;
   experiment.fit.process.reset();
-  experiment.leave_out.clear();  // its run numbers count the readings of all files
+  experiment.leave_out.clear();  // these run numbers count the readings of all files
   for (const std::optional<Method> method :
        {experiment.fit.method, std::optional<Method>(Method::known)}) {
     try {

@@ -8,15 +8,15 @@
 
 namespace axiscal {
 
-/// Estimates the scatter due to each cause (blocks, seats, ...) and adds it to the uncertainty of a
-/// fit. A fit by method `magnitude` is not changed. For method `faces`, bias and scale are also
-/// computed from the field's magnitude on the six faces.
+/// Estimates the scatter due to each cause (blocks, placements of the cube, ...) and adds it to the
+/// uncertainty of a fit. A fit by method `magnitude` is not changed. For method `faces`, bias and
+/// scale are also computed from the field's magnitude on the six faces.
 [[nodiscard]] CountedEstimate counted_scatter(const PreparedRun& run,
                                               const FittedRun& fit,
                                               const SearchedRun& search);
 
 /// Makes the record of a fit, with sensor, statistics, levelness, conditions and uncertainty
-/// budget. Except for notes, the record does not contain residuals and findings yet.
+/// budget. The record does not yet contain residuals or findings, except for notes.
 /// @param counted  the result of counted_scatter(). Its statistics and the contributions of the
 ///                 uncertain inputs are moved to the record; its other members do not change.
 [[nodiscard]] Calibration record_of(const PreparedRun& run,

@@ -31,7 +31,7 @@ void note_field_uncertainty(Calibration& calibration) {
   }
   const std::string percent = number_text(100.0 * field.magnitude_u / field.magnitude, 3);
   const std::string share =
-      field.parts.empty() ? formatted(": {} % of every sensitivity", percent) : "";
+      field.parts.empty() ? formatted(" ({} % of every sensitivity)", percent) : "";
   calibration.findings.notes.push_back(
       {NoteCode::field,
        formatted("the standard uncertainty of the field's magnitude is {} {}{}{}; the expanded "

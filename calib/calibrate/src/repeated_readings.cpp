@@ -167,8 +167,8 @@ std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedR
     for (const auto& [original, copy] : repeats.rows) {
       probability *= chances(static_cast<Eigen::Index>(copy));
     }
-    // The pairs of readings in one pose are counted only if the first condition is met, because
-    // counting takes time and most series do not meet that condition.
+    // Counting the pairs of readings in one pose takes time. Therefore the pairs are counted only
+    // if `probability` is below the limit, which is not so for most series.
     const auto& [original, copy] = repeats.rows.front();
     if (probability < rarest &&
         probability * pairs_in_one_pose(observations.readings, copy - original) < rarest) {

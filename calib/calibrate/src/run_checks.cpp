@@ -28,7 +28,7 @@ bool is_local(const FieldSetup& field) {
   return field.others.empty() && field_kind(field.kind()).local;
 }
 
-// Checks that NAME in each column level.NAME is the name of a part of the field.
+// Checks that each column level.NAME refers to an existing part NAME of the field.
 void check_level_names(const Experiment& experiment, const Observations& observations) {
   std::set<std::string> stated;
   for (const Reading& reading : observations.readings) {

@@ -17,7 +17,7 @@ void check_temperature(const Experiment& experiment,
 
 /// Checks that the method supports the experiment and the readings.
 ///
-/// @param used      the readings of the fit, without those that are left out.
+/// @param used      the observations without the readings that are left out of the fit.
 /// @param by_field  true if each reading has its own stated field.
 /// @throws SetupError, RefusedError
 void check_method(const Experiment& experiment,

@@ -88,8 +88,9 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     }
     residual.response = v - left;
     for (Eigen::Index k = 0; k < left.size(); ++k) {
-      // The residual of an axis is NaN if the reading is outside the range of the axis, or if only
-      // other axes used the reading. A reading of weight 0 keeps its residual.
+      // The residual of an axis is NaN if the reading is outside the range of the axis, or if the
+      // fits of other axes used the reading but the fit of this axis did not. A reading that no
+      // axis used keeps its residuals.
       if (!source.in_range()(row, k) || (residual.used && !used(row, k))) {
         residual.response(k) = not_a_number;
       }

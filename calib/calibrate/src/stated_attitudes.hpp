@@ -10,8 +10,8 @@ namespace axiscal {
 [[nodiscard]] bool has_attitudes(const Observations& observations);
 
 /// @return true if the stated attitudes can be converted to fields. This needs the method `known`,
-///         `faces` or `bias`. For method `bias` and an angular rate as the field, a site or the
-///         field's vector must also be stated.
+///         `faces` or `bias`. If the method is `bias` and the field is an angular rate, a site or
+///         the field's vector must also be stated.
 [[nodiscard]] bool takes_attitudes(const Experiment& experiment, const Observations& observations);
 
 /// Computes the field of each reading from its stated attitude. The device that sets the attitudes,

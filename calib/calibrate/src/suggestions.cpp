@@ -4,8 +4,8 @@
 namespace axiscal {
 namespace {
 
-// Applies a correction: changes the readings. Adds the numbers of the readings that the correction
-// leaves out to Experiment::leave_out.
+// Applies a correction to the readings. The run numbers of readings that the correction leaves out
+// are added to Experiment::leave_out.
 void follow(const Correction& correction, Experiment& experiment, Observations& observations) {
   observations = corrected(std::move(observations), correction);
   experiment.leave_out.insert(experiment.leave_out.end(), correction.leave_out.begin(),
@@ -17,7 +17,7 @@ void follow(const Correction& correction, Experiment& experiment, Observations& 
 Calibration calibrate_with_suggestions(Experiment experiment, Observations observations) {
   std::vector<Correction> made;
   Calibration calibration = calibrate(experiment, observations);
-  constexpr std::size_t most = 3;  // limit of corrections; a run with more mistakes is unreliable
+  constexpr std::size_t most = 3;  // a run that needs more corrections is unreliable
   while (calibration.findings.suggestion && made.size() < most) {
     const Correction correction = *calibration.findings.suggestion;
     const bool mends = !correction.points.empty() || !correction.responses.empty() ||

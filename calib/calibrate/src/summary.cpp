@@ -59,7 +59,9 @@ class Summary {
   std::string brief() {
     append_readings_sentence();
     text_ = wrapped(in_one_line(text_), 80) + "\n";
-    add_matrix();
+    constexpr std::size_t most_axes = 6;
+    add_coefficients(most_axes);
+    text_ += "\n";
     add_also();
     add_in_short();
     add_quantities();
@@ -73,7 +75,7 @@ class Summary {
 
   std::string text() {
     append_readings_sentence();
-    add_coefficients();
+    add_coefficients(c_.sensor.instrument.axes.size());
     add_also();
     add_temperature();
     add_axes();
@@ -148,12 +150,15 @@ class Summary {
     text_ += wrapped(method, 80) + "\n";
   }
 
-  void add_coefficients() {
+  // @param most  largest number of axes that are shown.
+  void add_coefficients(std::size_t most) {
     const std::string unit = c_.sensor.instrument.unit;
-    heading(formatted("Coefficients: bias [{}], sensitivity to x, y, z [{}]; +- U (95 %)", unit,
-                      unit_per(unit, c_.sensor.field.unit)));
+    heading(formatted("Coefficients: bias [{}], sensitivity [{}]{}", unit,
+                      unit_per(unit, c_.sensor.field.unit),
+                      uncertainties_.empty() ? "" : "; +- expanded uncertainty U (95 %)"));
     text_ += row("axis", label_width_ + 3, {"bias", "x", "y", "z"});
-    for (Eigen::Index k = 0; k < c_.sensor.response.bias.size(); ++k) {
+    const auto all = static_cast<std::size_t>(c_.sensor.response.bias.size());
+    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(std::min(all, most)); ++k) {
       const double U_bias = half_width(k, ".bias");
       std::vector<std::string> values = {rounded_value(c_.sensor.response.bias(k), U_bias)};
       std::vector<std::string> intervals = {rounded_uncertainty(U_bias)};
@@ -163,7 +168,12 @@ class Summary {
         intervals.push_back(rounded_uncertainty(U));
       }
       text_ += row(axis_name(k), label_width_ + 3, values);
-      text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+      if (!uncertainties_.empty()) {
+        text_ += row(formatted("{:>{}}", "+-", label_width_ + 2), label_width_ + 3, intervals);
+      }
+    }
+    if (all > most) {
+      text_ += formatted("  the record contains all {} axes\n", all);
     }
   }
 
@@ -178,66 +188,6 @@ class Summary {
       line += part;
     }
     return line;
-  }
-
-  // Adds the biases and sensitivities, one line for each axis, if the lines fit into 80 columns.
-  void add_matrix() {
-    constexpr std::size_t most_axes = 6;
-    const std::size_t m = c_.sensor.instrument.axes.size();
-    std::vector<std::vector<std::string>> rows = {{"", "bias [" + c_.sensor.instrument.unit + "]"}};
-    const std::string per_field = unit_per(c_.sensor.instrument.unit, c_.sensor.field.unit);
-    for (const char component : {'x', 'y', 'z'}) {
-      rows.front().push_back(formatted("S{} [{}]", component, per_field));
-    }
-    for (std::size_t i = 0; i < std::min(m, most_axes); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      std::vector<std::string>& line = rows.emplace_back(std::vector{short_name(i)});
-      const double U_bias = half_width(k, ".bias");
-      line.push_back(rounded_value(c_.sensor.response.bias(k), U_bias) + plus_minus(U_bias));
-      for (Eigen::Index j = 0; j < 3; ++j) {
-        const double U = half_width(k, component_of("sensitivity", j));
-        line.push_back(rounded_value(c_.sensor.response.sensitivity(k, j), U) + plus_minus(U));
-      }
-    }
-    std::vector<std::size_t> widths(rows.front().size(), 0);
-    std::size_t all = 0;
-    for (std::size_t c = 0; c < widths.size(); ++c) {
-      for (const std::vector<std::string>& line : rows) {
-        widths[c] = std::max(widths[c], line[c].size());
-      }
-      all += widths[c];
-    }
-    constexpr std::size_t columns = 80;
-    const std::size_t gaps = widths.size() - 1;
-    const std::size_t gap = 2 + all + 2 * gaps > columns ? 1 : 2;
-    if (2 + all + gap * gaps > columns) {
-      add_coefficients();
-      text_ += "\n";
-      return;
-    }
-    text_ += "\n";
-    for (const std::vector<std::string>& line : rows) {
-      text_ += formatted("  {:<{}}", line[0], widths[0]);
-      for (std::size_t c = 1; c < line.size(); ++c) {
-        text_ += formatted("{:>{}}", line[c], widths[c] + gap);
-      }
-      text_ += "\n";
-    }
-    if (m > most_axes) {
-      text_ += formatted("  the record contains all {} axes\n", m);
-    }
-    text_ += uncertainties_.empty() ? "\n" : "  +- expanded uncertainty U (95 %)\n\n";
-  }
-
-  // Shortens a long name at its beginning, because its end is more distinctive.
-  [[nodiscard]] std::string short_name(std::size_t axis) const {
-    constexpr std::size_t longest = 10;
-    const std::string& name = c_.sensor.instrument.axes[axis];
-    return name.size() > longest ? ".." + name.substr(name.size() - longest + 2) : name;
-  }
-
-  static std::string plus_minus(double U) {
-    return std::isfinite(U) ? " +-" + rounded_uncertainty(U) : "";
   }
 
   // Adds one line each for noise, misalignment, slope and orientations.
@@ -319,8 +269,8 @@ class Summary {
     return formatted(".{}.{}", what, "xyz"[j]);
   }
 
-  // Returns the expanded uncertainty of a parameter of axis k, due to scatter and stated inputs;
-  // NaN if it is unknown.
+  // Returns the expanded uncertainty of a parameter of axis k, from the scatter of the readings and
+  // the uncertainties of the stated inputs. Returns NaN if the uncertainty is unknown.
   // @param what  the parameter's name after the axis, for example ".bias".
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
     const std::string name = c_.sensor.instrument.axes[static_cast<std::size_t>(k)] + what;
@@ -468,8 +418,7 @@ class Summary {
     }
   }
 
-  // Adds the rotations of the frames of the assembly's other instruments, relative to the frame of
-  // this instrument.
+  // Adds the orientation of each other instrument in the assembly relative to this instrument.
   void add_alignments() {
     if (c_.fit.slot_alignments.empty()) {
       return;
@@ -653,7 +602,8 @@ std::string field_size_sentence(const Calibration& calibration) {
       field_kind(calibration.sensor.field.kind).vertical ? "g" : "the field's magnitude",
       check.orientations, parts(check.relative_sd), parts(check.by_noise),
       check.by_inputs > next_to_nothing * check.by_noise
-          ? formatted(", the stated uncertainty of cube and table {}", parts(check.by_inputs))
+          ? formatted(", and the stated uncertainty of cube and table explains {}",
+                      parts(check.by_inputs))
           : ", and the angles of the cube's faces are not stated",
       check.p_value < unlikely
           ? formatted("; the rest is unexplained (p = {})", number_text(check.p_value, 1))

@@ -57,9 +57,9 @@ double p_of_following(const ReadingSet& set,
     const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
     const Eigen::VectorXd r = y - X * (inverse * y);
     const double free = static_cast<double>((root.array() > 0.0).count() - rank) - 1.0;
-    // The test uses only the part of the temperature's variation that is independent of the columns
-    // of the fit. If the relative square of this part is below `independent`, the temperature is a
-    // function of the poses, and the axis is not tested.
+    // The test uses only the component of the temperature that is orthogonal to the columns of the
+    // fit. If this component is negligible (squared norm below `independent` times that of the
+    // temperature), the temperature is a function of the poses, and the axis is not tested.
     constexpr double independent = 1e-6;
     if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
       continue;

@@ -11,7 +11,8 @@
 namespace axiscal {
 namespace {
 
-// A series of consecutive readings in one pose (a laying) is not tested if it has fewer readings.
+// A laying (a series of consecutive readings in one pose) with fewer readings than this is not
+// tested.
 constexpr Eigen::Index fewest_readings = 4;
 constexpr std::size_t fewest_layings = 6;
 

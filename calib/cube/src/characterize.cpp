@@ -122,8 +122,8 @@ Eigen::MatrixXd calibration_covariance(const Calibration& calibration) {
   return calibration.fit.statistics->covariance;
 }
 
-// Returns the sign of the field along the table's normal. It is 1 for gravity; for other fields it
-// is that of the record.
+// Returns the sign of the field along the table's normal. The sign is 1 for a vertical field such
+// as gravity; for other fields it is the sign of the recorded component z.
 double sign_along_normal(const FieldDescription& field) {
   return !field_kind(field.kind).vertical && field.in_table && field.in_table->z() < 0.0 ? -1.0
                                                                                          : 1.0;

@@ -19,7 +19,8 @@ struct RecordErrors {
   double F = 1.0;                 // magnitude of the field at level 1
 };
 
-/// The prior covariance of an instrument's errors, before its readings in the new cube.
+/// The covariance of the errors of an instrument's record, before the readings in the new cube are
+/// used (the prior of the fit).
 struct RecordPrior {
   Eigen::MatrixXd root;             // covariance = root root^T, 4m x rank
   double degrees_of_freedom = 0.0;  // degrees of freedom of the covariance; 0: infinite

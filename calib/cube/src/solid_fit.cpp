@@ -477,7 +477,7 @@ SolidSolution SolidFit::solve() const {
         gauss_newton(problem, std::move(place),
                      {.most_rounds = 20, .settled = 1e-11 /* rad */, .qr_from_below = always});
     place = std::move(found.state);
-    constexpr double good_enough_rad = 1e-8;  // rounding may stop the search above `settled`
+    constexpr double good_enough_rad = 1e-8;  // rounding errors may prevent smaller steps
     if (!(found.left_to_go < good_enough_rad)) {
       throw RefusedError(
           "the fit of the cube's normals does not converge; check the labels of the readings, and "

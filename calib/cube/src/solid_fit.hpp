@@ -53,7 +53,7 @@ struct SolidSolution {
   std::vector<int> worst_runs;  // run number of each reference's reading with the largest residual
   double degrees_of_freedom = 0.0;
   double calibration_dof = 0.0;        // effective degrees of freedom of handed_on; 0: infinite
-  Eigen::Matrix<double, 18, 9> basis;  // basis of the normals' changes that do not turn the cube
+  Eigen::Matrix<double, 18, 9> basis;  // basis of changes of the normals that do not turn the cube
   Eigen::Matrix<double, 9, 9> noise;   // covariance of the normals in `basis`, from the readings
   // Covariance of the normals in `basis`, from the errors of the instruments' calibrations.
   Eigen::Matrix<double, 9, 9> handed_on;

@@ -24,7 +24,7 @@ struct AxisRegression {
 
 /// The rows of a regression, and their groups of repeats.
 struct RegressionRows {
-  std::vector<RegressionRow> rows;  // their diagnostics are filled in by summarize()
+  std::vector<RegressionRow> rows;  // summarize() fills in the diagnostics of these rows
   std::vector<int> group;           // group number of each row; the rows of a group are repeats
   // Number of each row's series. A series contains the consecutive readings at one design point. If
   // the vector is empty, each row is a series of its own.
@@ -74,7 +74,7 @@ void require_robust_freedom(double degrees_of_freedom);
                                          Eigen::Index effects,
                                          const Eigen::VectorXd& robust_weights = {});
 
-/// Returns statistics of all axes. Only the rows and the numbers of observations have values.
+/// Returns statistics in which only the rows and the numbers of observations are filled in.
 [[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);
 
 /// Stores the diagnostics of axis k in the statistics.

@@ -298,7 +298,8 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
   scatter.u = jackknife_uncertainty(block_jackknife_changes({.residuals = -root.cwiseProduct(left),
                                                              .jacobian = root.asDiagonal() * X}))
                   .head(q);
-  // If one tenth of the readings contains a whole branch, both branches get one polynomial.
+  // If one tenth of the readings contains a whole branch, the fits without this tenth cannot
+  // determine the branch. The jackknife is then repeated with one polynomial for both branches.
   if (!scatter.u.allFinite()) {
     scatter.u = jackknife_uncertainty(block_jackknife_changes(
         {.residuals = -root.cwiseProduct(fit.residuals), .jacobian = root.asDiagonal() * P}));

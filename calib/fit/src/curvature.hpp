@@ -80,8 +80,8 @@ class CurvatureFTest {
   // Returns the number of readings of an axis before they are averaged.
   [[nodiscard]] double readings_of(Eigen::Index axis) const;
 
-  // Sets one variance for all axes, or variances in the stated ratio, if the residuals do not
-  // contradict this. Returns true if the variances were set.
+  // Sets one variance for all axes, or variances in the stated ratio, if the residuals are
+  // consistent with such variances. Returns true if the variances were set.
   // @param left  m residual sums of squares.
   bool pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left);
 

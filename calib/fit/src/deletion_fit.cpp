@@ -15,8 +15,8 @@
 namespace axiscal {
 namespace {
 
-// Limit for the fraction of a column's squared norm that remains without the left-out readings and
-// after projection. Below this limit, the remaining readings do not determine the coefficient.
+// The remaining readings do not determine a coefficient if less than this fraction of the squared
+// norm of its column remains after projection off the other columns.
 constexpr double open_below = 1e-11;
 
 // The matrices and errors of one axis at the d readings that are left out.

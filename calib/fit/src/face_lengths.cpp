@@ -280,8 +280,8 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   statistics.interval_dof.resize(0);
   statistics.components.clear();
   statistics.lack_of_fit.clear();
-  // These diagnostics belong to the fit that takes the stated faces as exact. It has other degrees
-  // of freedom.
+  // These diagnostics belong to the fit that takes the stated faces as exact. The degrees of
+  // freedom of that fit are different.
   statistics.studentized.setConstant(not_a_number);
   statistics.cooks_distance.setConstant(not_a_number);
   estimate.levelness.reset();

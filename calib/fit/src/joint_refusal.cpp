@@ -30,8 +30,8 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.readings = {Reading{.block = set.field.blocks().front(), .point = point, .level = level}};
   one.response = Eigen::MatrixXd::Zero(1, set.axis_count());
   one.rotation_sensor_from_table = {set.orientation(point)};
-  one.field_then.clear();                        // the field is that at the mean time
-  one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference temperature
+  one.field_then.clear();                        // use the field at the mean time
+  one.temperature.d = Eigen::VectorXd::Zero(1);  // use the reference temperature
   one.effects.columns = Eigen::MatrixXd::Zero(1, set.effects.columns.cols());
   one.effects.memory.resize(0, 0);
   const Solution& state = *solution.state;

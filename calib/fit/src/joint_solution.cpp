@@ -67,7 +67,7 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
       return solution;
     }
   }
-  return equal;  // this solution is valid too, but less accurate
+  return equal;  // valid, but less accurate: it assumes equal noise of all axes
 }
 
 // Returns -2 ln of the likelihood, up to a constant.

@@ -40,8 +40,8 @@ std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
                             // coefficients
     throw;
   }
-  // If all pivots are above this limit, the coefficients would be determined even without the
-  // weights and without columns for drift, steps or blocks.
+  // If a pivot is below this limit, the design is also checked without weights and without columns
+  // for drift, steps and blocks. With larger pivots, this check would always pass.
   constexpr double clearly_determined = 1e-4;
   if (!std::all_of(state->axes.begin(), state->axes.end(), [](const AxisSolution& axis) {
         return axis.design->smallest_pivot() > clearly_determined;

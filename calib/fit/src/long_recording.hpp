@@ -35,7 +35,7 @@ void add_correlation(const Eigen::VectorXd& uncertainties,
                      FitStatistics& statistics);
 
 /// Returns a note if a recording is short relative to the correlation length of its noise.
-/// @param independent  number of independent readings that the recording is equivalent to.
+/// @param independent  equivalent number of independent readings in the recording.
 /// @return one remark, or an empty list.
 [[nodiscard]] std::vector<std::string> remarks_on_length(double independent);
 

@@ -286,10 +286,9 @@ Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) 
   return all;
 }
 
-// Returns the changes of biases and sensitivities if each tenth of the readings in turn is left
-// out; 12 x 10, in the cloud's units.
-// @param independent  receives the number of independent readings that the recording is equivalent
-//                     to.
+// Leaves out one tenth of the readings at a time, and returns the changes of the biases and
+// sensitivities; 12 x 10, one column for each tenth, in the cloud's units.
+// @param independent  receives the equivalent number of independent readings.
 Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
                                  const Eigen::MatrixXd& T,
                                  double& independent) {
@@ -540,7 +539,8 @@ void require_determined(const ReadingSet& set,
         "method 'magnitude': the readings do not separate bias and sensitivity ({}): {}",
         worst > largest_relative_se ? formatted("standard errors of {} % of the field",
                                                 number_text(std::round(100.0 * worst)))
-                                    : formatted("the noise causes a bias of {} standard errors",
+                                    : formatted("the noise shifts the coefficients by {} standard "
+                                                "errors",
                                                 number_text(std::round(10.0 * bias_in_se) / 10.0)),
         cause_of(set, cloud)));
   }
@@ -587,7 +587,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
   const EllipsoidParameters bias = bias_by_bootstrap(cloud, fit);
   const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
-  constexpr double worth_correcting = 0.1;  // bias in standard errors
+  constexpr double worth_correcting = 0.1;  // smallest corrected bias, in standard errors
   constexpr double rounding =
       1e-12;  // relative to the field; a smaller scatter is rounding and causes no bias
   const bool plain_noise = fit.sd > rounding && !set.robust && is_plain_noise(fit);

@@ -141,7 +141,7 @@ std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
         set.field_then.empty() ? vector : Eigen::Vector3d(set.field_then[reading] * vector);
     lights.emplace_back(R * (factor * met).normalized());
     for (const Eigen::Vector3d& lamp : field.parts()[p].start.lamps) {
-      // The stated lamps, rotated in the same way as their sum.
+      // Each stated lamp is rotated by the rotation from the stated field vector to the fitted one.
       lights.emplace_back(R * (smallest_rotation(*field.parts()[p].in_table, vector) * lamp));
     }
   }

@@ -84,7 +84,7 @@ AxisMask readings_in_range(const Experiment& experiment, const Observations& obs
     const bool is_difference =
         std::any_of(instrument.differences.begin(), instrument.differences.end(),
                     [&](const DifferentialAxis& difference) { return difference.axis == axis; });
-    if (!is_difference) {  // the range of a difference was checked when it was read
+    if (!is_difference) {  // the reader has already checked differences
       in_range.col(k) = in_range.col(k) &&
                         observations.response.col(k).array() > instrument.range->low &&
                         observations.response.col(k).array() < instrument.range->high;
@@ -380,7 +380,7 @@ Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
     return *reading.field_in_sensor;
   }
   if (field.is_sum()) {
-    return rotation(reading) * field.at(reading.level);  // the parts of a sum do not move
+    return rotation(reading) * field.at(reading.level);  // no part of a sum varies in time
   }
   // If the fit has no readings of a block, the slope of the table in this block is not known, and
   // the mean field is used.

@@ -93,9 +93,9 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     double products = 0.0;
     double squares = 0.0;
     bool fits = true;
-    // The loop goes from small to large differences. Each difference makes the step more accurate,
-    // so that the number of steps in the next, larger one can be counted. The loop ends if a
-    // difference is off by more than the sum of all tolerances.
+    // The loop goes from small to large differences. Each difference improves the estimate of the
+    // step, which makes it possible to count the steps in the next difference. The loop ends if a
+    // difference deviates from a multiple of the step by more than the tolerances allow.
     for (std::size_t i = 1; i < distinct.size() && fits; ++i) {
       const double difference = distinct[i] - distinct.front();
       const double count = nearest(difference / step);

@@ -17,7 +17,7 @@ Eigen::VectorXd sweep_directions(const Eigen::VectorXd& temperatures) {
   Eigen::Index first = 0;
   Eigen::Index highest = 0;
   Eigen::Index lowest = 0;
-  // Sets the direction of the leg that ends at an extreme. The next leg begins there.
+  // Sets the direction of the leg that ends at an extreme. The next leg begins at this extreme.
   const auto close = [&](Eigen::Index end, double leg) {
     ways.segment(first, end - first).setConstant(leg);
     first = end;

@@ -6,7 +6,8 @@
 namespace axiscal {
 
 /// Returns for each reading of a sweep 1 if the temperature rises or -1 if it falls. The direction
-/// changes at an extreme if the temperature then returns by at least a fifth of its range.
+/// changes at an extreme only if the temperature then moves back by at least a fifth of the whole
+/// temperature range.
 /// @param temperatures  the temperature at each reading, in the order of the readings.
 [[nodiscard]] Eigen::VectorXd sweep_directions(const Eigen::VectorXd& temperatures);
 

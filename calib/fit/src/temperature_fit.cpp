@@ -39,8 +39,8 @@ void require_temperatures(const ReadingSet& set) {
       std::move(names), {settings::temperature_order});
 }
 
-// Throws if the readings do not determine the temperature terms. Each temperature needs readings
-// with both signs of the field along each axis.
+// Throws if the readings do not determine the temperature terms. At each temperature, readings with
+// both signs of the field along each axis are needed.
 void require_terms(const ReadingSet& set, const Estimate& estimate) {
   if (!estimate.field.has_vectors()) {
     return;  // the regression itself throws if coefficients are undetermined

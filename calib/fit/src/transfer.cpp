@@ -16,8 +16,8 @@
 namespace axiscal {
 namespace {
 
-// Returns orthonormal columns with the same span as `directions`. If some axes of the sensor have
-// this span, the columns are these axes. Otherwise they are `directions`.
+// Returns orthonormal columns with the same span as `directions`. If some of the sensor's axes have
+// the same span, the columns are the unit vectors of these axes. Otherwise they are `directions`.
 Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   const Eigen::Matrix3d onto = directions * directions.transpose();
   constexpr double same = 1e-9;

@@ -26,15 +26,15 @@ struct TurnSystem {
 /// The weighted solution and its uncertainty.
 struct WeighedTurns {
   Eigen::VectorXd step;  ///< change of the 12 parameters from the given solution
-  double sd_rad = 0.0;   ///< standard deviation of a component of a turn's error
-  /// standard deviation of a component of the error at a rest; the turns before and after the rest
-  /// share this error
+  double sd_rad = 0.0;   ///< standard deviation of each component of a turn's own attitude error
+  /// standard deviation of each component of the attitude error at a rest, which affects the turns
+  /// before and after the rest
   double rest_sd_rad = 0.0;
-  /// degrees of freedom of the sensitivity that has the fewest
+  /// the smallest number of degrees of freedom of any sensitivity
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
-  /// 12 x 12: covariance of the parameters from all scatter
+  /// 12 x 12: covariance of the parameters from all causes of scatter
   Eigen::MatrixXd covariance;
-  Eigen::VectorXd interval_95;  ///< half width for each parameter, from all scatter
+  Eigen::VectorXd interval_95;  ///< half widths of the 95 % intervals, from all causes of scatter
   Eigen::VectorXd interval_dof;
   std::vector<ScatterComponent> components;
   std::vector<UncertaintySource> sources;
@@ -44,8 +44,10 @@ struct WeighedTurns {
 /// errors of the rests at its two ends; restricted likelihood estimates the variances of these
 /// errors. Other errors that turns share are unknowns with a prior.
 ///
-/// @param start_sd_rad  approximate standard deviation of a component of a turn's error.
-/// @throws RefusedError  if the turns do not determine the gyroscope and its uncertain bias.
+/// @param start_sd_rad  approximate standard deviation of each component of a turn's attitude
+///                      error.
+/// @throws RefusedError  if the turns do not determine the gyroscope's sensitivities and its
+///                       uncertain bias.
 [[nodiscard]] WeighedTurns weigh_turns(const TurnSystem& system,
                                        const RestFit& rests,
                                        const TurnFitOptions& options,

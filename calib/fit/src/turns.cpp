@@ -40,7 +40,7 @@ Eigen::Vector3d rotation_vector_of(const Eigen::Matrix3d& R) {
   return turn.angle() * turn.axis();
 }
 
-// The turns. Their readings minus the bias are packed for integration.
+// All given turns. Their readings minus the bias are packed for integration.
 class TurnSet {
  public:
   TurnSet(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias)
@@ -224,8 +224,9 @@ Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
   return scale * Eigen::Matrix3d::Identity();
 }
 
-// Computes the derivative of B and the bias with respect to the record's parameters. For each axis
-// k, these are its bias and row k of S. The formula for B is dB = -B dS B.
+// Computes the derivative of B and the bias with respect to the record's parameters. The parameters
+// of axis k are its bias and row k of the sensitivity matrix S = B^-1. The formula for B is dB = -B
+// dS B.
 Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   Eigen::Matrix<double, 12, 12> change = Eigen::Matrix<double, 12, 12>::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -328,8 +329,8 @@ void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_
   }
 }
 
-// Returns the number of revolutions of the instrument from rest to rest. Motion in both directions
-// adds up.
+// Returns the number of revolutions of the instrument during a turn. Rotations in opposite
+// directions add up and do not cancel.
 double revolutions_of(const GyroscopeTurn& turn, const TurnFit& fit) {
   double angle_rad = 0.0;
   for (std::size_t i = 1; i < turn.time_s.size(); ++i) {
@@ -407,7 +408,8 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   if (!options.rotations_only) {
     require_determined(found.state.jacobian.leftCols(unknowns), fit, turns.size());
   } else if (leaves_room(start.state.jacobian.leftCols<9>())) {
-    found = start;  // one scale for all axes, because an undetermined value may be arbitrary
+    // use the fit of one common scale, because the other unknowns are not determined
+    found = start;
   }
   fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
   // The last step weighs all errors by their estimated variances.

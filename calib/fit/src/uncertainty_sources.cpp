@@ -74,7 +74,7 @@ class BudgetMaker {
 
   [[nodiscard]] Eigen::Index parameters() const { return statistics_.covariance.rows(); }
 
-  // Returns a change of the sensitivities as a vector of all parameters.
+  // Converts a change of the sensitivities to a vector with one entry for each parameter.
   [[nodiscard]] Eigen::VectorXd parameters_of(const SensitivityMatrix& change) const {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(parameters());
     for (Eigen::Index k = 0; k < change.rows(); ++k) {
@@ -103,9 +103,9 @@ class BudgetMaker {
         change * change.transpose());
   }
 
-  // Adds the uncertainty of the reference of the readings' unit, for example of a voltmeter. Its
-  // error multiplies all readings, biases and sensitivities by one factor. The coefficients of the
-  // temperature scale are relative and do not change.
+  // Adds the uncertainty of the electrical reference of the readings, for example of a voltmeter.
+  // An error of this reference multiplies all readings, biases and sensitivities by one factor. The
+  // coefficients of the temperature scale are relative and do not change.
   void add_reference() {
     const double u = experiment_.stated.reference_u;
     if (!(u > 0.0)) {

@@ -22,9 +22,9 @@ Pose pose_of(const ReadingSet& set, std::size_t i) {
   return {reading.point, reading.mount, reading.level, set.tilt_of(i), set.soak_of(i)};
 }
 
-// Returns the groups of readings to average, each as a list of the readings' indices. The run is
-// divided into parts of equal length. The readings of a group have the same pose and lie in the
-// same part. Returns no groups if the run has more than `most` poses.
+// Returns the groups of readings to average; each group is a list of indices of readings. The run
+// is divided into parts of equal length. A group contains the readings of one part that have the
+// same pose. Returns no groups if the run has more than `most` different poses.
 std::vector<std::vector<Eigen::Index>> groups_of(const ReadingSet& set, std::size_t most) {
   std::set<Pose> poses;
   for (std::size_t i = 0; i < set.readings.size() && poses.size() <= most; ++i) {

@@ -16,8 +16,9 @@ namespace axiscal {
 /// reading among thousands is harder to detect, but it also changes the coefficients less.
 ///
 /// @param most  the approximate largest number of readings in the result.
-/// @return nullopt if the run has more than `most` poses, or if ReadingSet::visible is not empty
-///         (one-sided axes that respond to only some of several lights).
+/// @return nullopt if the set has too many different poses (more than `most`), or if it has
+///         one-sided axes whose response depends on which of several lights they face
+///         (ReadingSet::visible is then not empty).
 [[nodiscard]] std::optional<ReadingSet> condensed(const ReadingSet& set, std::size_t most);
 
 }  // namespace axiscal

@@ -118,9 +118,9 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   return effect;
 }
 
-// Returns the probability that at least one reading of a run without mistakes deviates as far as
-// the corrected reading, if the noise has the tails that the other readings show. Returns 0 unless
-// the correction is a single outlier or a single tilted seat.
+// Returns the probability that, in a run without mistakes, the worst reading deviates at least as
+// much as the corrected reading. The distribution of the noise is estimated from the other
+// readings. Returns 0 if the correction is not an outlier or a tilt of a single reading.
 double p_by_tails(const SuspectRun& run, const Correction& correction) {
   const bool is_single =
       correction.runs.size() == 1 &&

@@ -125,7 +125,8 @@ class WeighedFit {
  public:
   explicit WeighedFit(const SuspectRun& run) : run_(run) {}
 
-  // Returns the fit after one round; null if the scatters do not differ or if the fit fails.
+  // Returns the fit after one round of weighting; null if the scatters of the axes do not differ or
+  // if the fit fails.
   const HypothesisFit* once() {
     if (!first_) {
       first_ = next(run_.plain(), run_.fitter());
@@ -133,7 +134,7 @@ class WeighedFit {
     return fit_of(first_);
   }
 
-  // Returns the fit after at most two rounds.
+  // Returns the fit after at most two rounds of weighting.
   const HypothesisFit& best() {
     if (once() == nullptr) {
       return run_.plain();
@@ -183,10 +184,10 @@ struct Unlikely {
   double sum = 0.0;
 };
 
-// Returns at most `most` readings: those that fit the other readings worst, the worst first. Each
-// reading is compared with a fit without it. This fit is not computed: the residual relative to it
-// follows from the reading's residual and leverage in the fit of all readings. The result is exact
-// except for the weights of the axes, which come from all readings.
+// Returns the readings that fit the other readings worst, at most `most`, the worst first. Each
+// reading is compared with a fit of the other readings. That fit is not computed, because the
+// deviation from it follows from the reading's residual and leverage in the fit of all readings.
+// The result is exact except for the weights of the axes, which come from all readings.
 std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
                                         const HypothesisFit& fit,
                                         std::size_t most) {

@@ -27,12 +27,12 @@ inline constexpr double may_be_equal = 0.5;
 ///             the noise of the axes clearly differs, it also calls weigh_axes_by().
 [[nodiscard]] bool is_bad(SuspectRun& run);
 
-/// @return the scatter of the plain fit divided by the scatter under a hypothesis.
+/// @return the scatter of the fit of all readings, divided by the scatter under a hypothesis.
 [[nodiscard]] double scatter_reduction_factor(const SuspectRun& run, const HypothesisFit& fit);
 
-/// Returns true if the scatter of the plain fit is more than 1.15 times the scatter under a
-/// hypothesis. If SuspectRun::has_independent_readings() is true, a smaller reduction also counts,
-/// provided that it is statistically significant.
+/// Returns true if the scatter of the fit of all readings is more than 1.15 times the scatter under
+/// a hypothesis. If SuspectRun::has_independent_readings() is true, a smaller but statistically
+/// significant reduction of the scatter also counts.
 [[nodiscard]] bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with);
 
 }  // namespace axiscal

@@ -51,8 +51,8 @@ class HypothesisFitter {
   HypothesisFitter(TableField field, bool known_field, Eigen::VectorXd scale)
       : field_(std::move(field)), known_field_(known_field), scale_(std::move(scale)) {}
 
-  /// @param given    the readings, changed as the hypothesis states; must outlive
-  ///                 HypothesisFit::fit of the result.
+  /// @param given    the readings under the hypothesis, for example with a changed pose. They must
+  ///                 outlive HypothesisFit::fit of the result.
   /// @param without  indices of the readings to leave out.
   /// @param added    the columns that the hypothesis adds; may be empty.
   [[nodiscard]] HypothesisFit fit(const ReadingSet& given,

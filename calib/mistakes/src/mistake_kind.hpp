@@ -12,8 +12,8 @@
 
 namespace axiscal {
 
-// Prior ranges of the parameters of mistakes (docs/method/mistakes.md): an angle [rad], then the
-// error of a value and a drift, both as fractions of the full response.
+// Prior ranges of the parameters of mistakes (docs/method/mistakes.md). The ranges of a value's
+// error and of a drift are fractions of the full response.
 inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;
@@ -33,7 +33,7 @@ struct Explanation {
 /// The explanations of a run, in the order in which they were added.
 class Explanations {
  public:
-  /// Adds an explanation if it is fitted with at least one degree of freedom.
+  /// Adds an explanation if its fit succeeded and has at least one degree of freedom.
   /// @param fit           the fit under the explanation.
   /// @param ranges        the range of each parameter that the explanation adds.
   /// @param alternatives  the number of explanations of the same kind.

@@ -179,8 +179,8 @@ double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::Matrix
   return squares_by(left, c, 1e-9 * Z.colwise().squaredNorm().maxCoeff());
 }
 
-// Equals rss_drop_with_columns() for one column that is 1 for these readings of one axis, and 0
-// otherwise.
+// Returns the result of rss_drop_with_columns() for one column that is 1 for these readings of one
+// axis, and 0 otherwise.
 double SuspectRun::rss_drop_with_shift(const HypothesisFit& fit,
                                        Eigen::Index axis,
                                        const std::vector<std::size_t>& readings) const {

@@ -24,8 +24,8 @@ class SuspectRun {
  public:
   static constexpr std::size_t each_is_fitted = 200;
 
-  /// The largest number of deletions that are fitted in a long run. It is smaller if each block has
-  /// a separate slope of the table, because a fit is slow then.
+  /// The largest number of deletions that are fitted in a long run. The number is smaller if each
+  /// block has a separate slope of the table, because each fit is then slow.
   [[nodiscard]] std::size_t max_candidate_fits() const {
     constexpr Eigen::Index many_directions = 24;
     return plain_.fit->shared() > many_directions ? 8 : 48;
@@ -87,8 +87,8 @@ class SuspectRun {
 
   [[nodiscard]] std::vector<std::size_t> largest_residuals(std::size_t most) const;
 
-  /// These two functions return the reduction of the sum of squares, to first order: the first if
-  /// some readings are left out, the second if columns are added to the fit.
+  /// Returns the reduction of the sum of squares, to first order, if these readings are left out.
+  /// rss_drop_with_columns() returns the reduction if these columns are added to the fit.
   [[nodiscard]] double rss_drop_without_readings(const HypothesisFit& fit,
                                                  std::span<const std::size_t> readings) const;
   [[nodiscard]] double rss_drop_with_columns(const HypothesisFit& fit,

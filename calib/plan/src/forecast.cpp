@@ -35,8 +35,8 @@ struct LinearMap {
   // Design matrix of a fit to all readings. It has n m rows, one for each axis of each reading. The
   // columns for b and S come first.
   Eigen::MatrixXd columns;
-  // Number of equations of each axis in one replicate, m entries. The fit of an axis to r
-  // replicates has r times this number minus `parameters` degrees of freedom.
+  // Number of equations of each axis in one replicate, m entries. If r replicates are fitted, axis
+  // k has r * degrees_of_freedom(k) - parameters degrees of freedom.
   Eigen::VectorXd degrees_of_freedom;
   // Number of parameters per axis, for all replicates together.
   double parameters = 4.0;

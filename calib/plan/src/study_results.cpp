@@ -126,8 +126,8 @@ Study parse_study(std::string_view text, const std::string& path) {
   }
   if (!json.find("blocks")) {
     json.fail(
-        "lacks the sums of its blocks, which only a shard of a study contains: run the study as "
-        "a shard, for example 1/1");
+        "this study lacks the sums of its blocks, which only a shard of a study contains: run the "
+        "study as a shard, for example 1/1");
   }
   constexpr Eigen::Index numbers = 5;
   for (const JsonValue& block : json.at("blocks").elements()) {

@@ -214,8 +214,8 @@ NormalCovariance normal_covariance_of(const CubeFeet& drawing, const Tolerances&
     const Feet& feet = drawing[static_cast<std::size_t>(face)];
     const Eigen::Vector3d n = contact_plane(face, feet).normal;
     const Eigen::Matrix<double, 3, 2> T = tangents_of(n);
-    // The heights h_i of the feet are fitted by a plane in the face's tangents (a, b), h =
-    // h_0 + g_a a + g_b b. The normal n turns by -(g_a, g_b).
+    // A plane h = h_0 + g_a a + g_b b is fitted to the heights h_i of the feet, where a and b are
+    // the coordinates along the face's tangents. The normal n rotates by -(g_a, g_b).
     Eigen::Matrix3d positions;
     for (int i = 0; i < 3; ++i) {
       positions.row(i) << 1.0,

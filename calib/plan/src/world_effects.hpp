@@ -26,12 +26,12 @@ class WorldEffects {
   /// Draws the errors that belong to the next reading. Must be called before each reading.
   void next(int block);
 
-  /// Draws a new random rotation of the cube in its seat. Must be called each time the cube is laid
-  /// down.
+  /// Draws a new random rotation of the cube relative to the table. Must be called each time the
+  /// cube is placed on the table.
   void lay();
 
   /// @return the rotation from table to sensor, including the current random rotations of the
-  ///         instrument in the cube and of the cube in its seat.
+  ///         instrument in the cube and of the cube on the table.
   [[nodiscard]] Eigen::Matrix3d as_seated(const Eigen::Matrix3d& rotation_sensor_from_table) const {
     return mount_ * rotation_sensor_from_table * seat_;
   }

@@ -211,7 +211,7 @@ void members(JsonMembers& io, LevelnessEstimate& estimate, bool with_values) {
   }
   point_members(io, point);
   if (!point) {
-    io.from().fail("needs 'rest' and 'fence'");
+    io.from().fail("'rest' and 'fence' are required");
   }
   io.keep(estimate.point, *point);
   io.value("block", estimate.block);
@@ -625,8 +625,8 @@ Calibration read_calibration(const std::string& path) {
       line.find_first_of(",;\t") != std::string_view::npos &&
       line.find('\0') == std::string_view::npos) {
     throw DataError(path,
-                    "is a table and not a calibration record (JSON); give the record first, then "
-                    "the readings");
+                    "this file is a table, not a calibration record (JSON); give the record first, "
+                    "then the readings");
   }
   return parse_calibration(text, path);
 }

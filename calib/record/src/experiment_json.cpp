@@ -191,7 +191,7 @@ class ExperimentMembers {
     } else if (const auto date = one.from().find("date")) {
       e_.table.date = date->is_text() ? date->text() : number_text(date->number());
       if (!parse_date(e_.table.date)) {
-        date->fail("is neither ISO 8601 nor a decimal year");
+        date->fail("must be a date in ISO 8601 or a decimal year");
       }
     }
   }

@@ -17,9 +17,9 @@
 namespace axiscal {
 namespace {
 
-// Returns the standard uncertainties of the parameters `names`; NaN for a parameter that is not in
-// `of`.
-// @param of  the parameters to which `variances` belong; may be empty.
+// Returns the standard uncertainties of the parameters `names`. The result is NaN for each
+// parameter that is absent from `of`.
+// @param of  names of the parameters to which `variances` belong; may be empty.
 Eigen::VectorXd uncertainties(const std::vector<std::string>& of,
                               const Eigen::VectorXd& variances,
                               const std::vector<std::string>& names) {
@@ -65,8 +65,8 @@ bool are_good(const std::vector<std::string>& axes) {
   }
 }
 
-// Returns the sum of the variances from all type B sources of the budget, or nullopt if only
-// parse_calibration() can read the sources.
+// Returns the sum of the variances from all type B sources of the budget. Returns nullopt if the
+// sources have a form that only parse_calibration() can read.
 std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
   if (sources.empty()) {
@@ -96,8 +96,8 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
   return sum;
 }
 
-// Reads a record in the form that this program writes. Returns nullopt if only parse_calibration()
-// can read it.
+// Reads a record in the form that this program writes. Returns nullopt if the record has another
+// form, which only parse_calibration() can read.
 std::optional<FittedParameters> quickly_read(std::string_view text) {
   static constexpr std::array<std::string_view, 11> members = {"/format",
                                                                "/version",

@@ -298,8 +298,8 @@ class TemperatureColumns {
     if (of_all_ && *is_blank_) {
       if (!table.text(*of_all_).empty()) {
         table.fail(*of_all_,
-                   "has a value in this row, but not in the earlier rows; fill in all rows or "
-                   "none");
+                   "this column has a value in this row, but not in the earlier rows; fill in all "
+                   "rows or none");
       }
       return std::nullopt;
     }
@@ -438,8 +438,9 @@ void find_size(Table& table, const std::vector<std::string>& axes, Columns& colu
     columns.along = table.find("axis");
     if (!columns.along && axes.size() > 1) {
       table.fail(size.name,
-                 "states the magnitude of the field, but not its axis; add the column 'axis' (x, y "
-                 "or z), or give the field in the sensor's frame in the columns 'fx', 'fy', 'fz'");
+                 "this column gives the magnitude of the field, but not its axis; add the column "
+                 "'axis' (x, y or z), or give the field in the sensor's frame in the columns "
+                 "'fx', 'fy', 'fz'");
     }
     columns.along_all = direction_of(axes.front(), {}).value_or(Eigen::Vector3d::UnitZ());
     return;

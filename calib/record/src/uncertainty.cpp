@@ -153,8 +153,9 @@ VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient,
         {.variance = share,
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
-  // In method `joint`, all axes share the error of the fitted field direction, so the shares of the
-  // axes do not add up to the whole variance. One factor scales all shares so that they do.
+  // In method `joint`, all axes share the error of the fitted field direction, so the sum of the
+  // axes' shares differs from the whole variance. All shares are scaled by one factor, so that
+  // their sum is the whole variance.
   const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {
     share.variance *= sum > 0.0 ? all / sum : 1.0;
@@ -480,11 +481,13 @@ Advice advice_to_halve(const CombinedUncertainty& uncertainty,
   const double factor = own / allowed;  // the required reduction of the variance
   if (advice.source == "fit") {
     advice.text = formatted(
-        "the uncertainty halves with {} readings instead of {}, or with noise divided by {}",
+        "the uncertainty halves with {} readings instead of {}, or if the noise is divided by {}",
         number_text(std::ceil(factor * readings)), readings, number_text(std::sqrt(factor), 3));
   } else if (advice.source == "reading") {
-    advice.text = formatted("the uncertainty halves with the mean of {} readings instead of one",
-                            number_text(std::ceil(factor)));
+    advice.text = formatted(
+        "the uncertainty halves if one reading is replaced by the mean of {} "
+        "readings",
+        number_text(std::ceil(factor)));
   } else {
     advice.text = formatted("the uncertainty halves if the uncertainty of '{}' is divided by {}",
                             advice.source, number_text(std::sqrt(factor), 3));

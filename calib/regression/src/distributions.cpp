@@ -33,8 +33,8 @@ using FisherF = boost::math::fisher_f_distribution<double, Quiet>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Quiet>;
 using Normal = boost::math::normal_distribution<double, Quiet>;
 
-// A cache of the last results of a function of two numbers. It saves time because all parameters of
-// an axis have the same arguments.
+// A cache of the last results of a function of two numbers. It saves time because the function is
+// called with the same arguments for all parameters of an axis.
 class LastAnswers {
  public:
   template <typename Function>
@@ -136,7 +136,8 @@ double found_freedom_of_factor(double factor, double coverage) {
   // The search uses 1 / nu, because t is nearly linear in 1 / nu.
   constexpr double as_good_as_infinite = 1e6;
   constexpr double fewest = 0.05;
-  // relative rounding error of 1 / nu if nu is as_good_as_infinite
+  // If nu is as_good_as_infinite, 1 / nu has this relative rounding error. The interval therefore
+  // begins above 1 / as_good_as_infinite, so that the result for this nu is infinity.
   constexpr double rounding = 1e-6;
   double low = (1.0 + rounding) / as_good_as_infinite;
   double high = 1.0 / fewest;
@@ -147,7 +148,7 @@ double found_freedom_of_factor(double factor, double coverage) {
   const double guess = guessed_inverse(factor, coverage);
   if (const std::optional<double> root = root_by_secants(beyond, guess, low, high)) {
     const double nu = 1.0 / *root;
-    const double whole = std::round(nu);  // the degrees of freedom of a single axis are whole
+    const double whole = std::round(nu);  // for a single axis, nu is an integer
     constexpr double last_digits = 1e-13;
     return std::abs(nu - whole) <= last_digits * nu ? whole : nu;
   }
@@ -218,8 +219,8 @@ double incomplete_beta(double x, double twice_a, double twice_b) {
                  : half_b         ? 1.0 - std::sqrt(y)
                  : half_a         ? std::sqrt(x)
                                   : x;
-  // The value of x^a y^b / B(a, b). Each pass of the loops multiplies it by one factor to obtain
-  // its value for the next a or b.
+  // The value of x^a y^b / B(a, b). Each pass of a loop increases a or b by 1 and multiplies this
+  // value by the corresponding factor.
   double power = (half_a ? std::sqrt(x) : x) * (half_b ? std::sqrt(y) : y) *
                  (half_a && half_b   ? std::numbers::inv_pi
                   : half_a || half_b ? 0.5

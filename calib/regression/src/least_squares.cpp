@@ -32,7 +32,7 @@ double scale_of(double length) {
     return 1.0;
   }
   int exponent = 0;
-  const double part = std::frexp(length, &exponent);  // from 0.5 to 1
+  const double part = std::frexp(length, &exponent);  // 0.5 <= part < 1
   return std::ldexp(1.0, part < 0.5 * std::numbers::sqrt2 ? 1 - exponent : -exponent);
 }
 
@@ -51,8 +51,8 @@ Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
 }
 
 // Returns an upper bound of the condition number for columns of length 1. It is the product of the
-// Frobenius norms of A and of its pseudo-inverse. It is at most p times too large, which is
-// sufficient for most designs.
+// Frobenius norms of A and of its pseudo-inverse. The bound is at most p times the condition
+// number, which is close enough for most designs.
 double bound_of_condition(const Eigen::MatrixXd& A, const Eigen::MatrixXd& root) {
   const double squares = A.colwise().squaredNorm() * root.rowwise().squaredNorm();
   return std::sqrt(static_cast<double>(A.cols()) * squares);

@@ -11,7 +11,8 @@
 namespace axiscal {
 namespace {
 
-// The smallest number of units in a piece. Smaller pieces cost more time than they save.
+// The smallest number of units in a piece; a unit is a group of consecutive rows of the matrix.
+// Smaller pieces cost more time than they save.
 constexpr Eigen::Index fewest_units = 8;
 
 using Which = Eigen::Array<bool, 1, Eigen::Dynamic>;
@@ -26,8 +27,8 @@ std::vector<Eigen::Index> places_in(const Which& which) {
   return places;
 }
 
-// The nonzero rows among the rows number k of all units; a unit is a group of consecutive rows of
-// the whole matrix. `places` contains the indices of these rows in the whole matrix, and W contains
+// Row k of each unit in which this row is not zero. A unit is a group of consecutive rows of the
+// whole matrix. `places` contains the indices of these rows in the whole matrix, and W contains
 // their values in selected columns.
 struct RowsOfUnits {
   std::vector<Eigen::Index> places;
@@ -78,9 +79,9 @@ std::vector<Eigen::Index> slow_columns(const RowsOfUnits& own) {
                     fewest_units) <= own.W.rows());
 }
 
-// Blocks of rows in which the slow columns are constant. `values` has the values of the slow
-// columns in each block, and `of_row` has the block of each row. The search for blocks stops if
-// their number exceeds the number of columns.
+// Blocks of rows in which the slow columns are constant. `values` contains the values of the slow
+// columns in each block, and `of_row` the index of each row's block. The search for blocks stops
+// if there are more blocks than columns.
 struct Blocks {
   std::vector<Eigen::RowVectorXd> values;
   std::vector<std::size_t> of_row;
@@ -141,8 +142,9 @@ std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
   return replaced;
 }
 
-// Divides the rows into pieces. If the current piece has at least fewest_units units, a new piece
-// begins at the next unit that has a nonzero value in a column that the current piece does not use.
+// Divides the rows into pieces of units (groups of consecutive rows). A new piece begins if two
+// conditions are met: the current piece has at least fewest_units units, and the next unit is
+// nonzero in a column in which all units of the current piece are zero.
 std::vector<ColumnPiece> pieces_of(const Eigen::MatrixXd& W, Eigen::Index rows) {
   std::vector<ColumnPiece> pieces;
   Which used = Which::Constant(W.cols(), false);

@@ -47,8 +47,8 @@ BisquareWeights bisquare_weights(const Eigen::Ref<const Eigen::VectorXd>& weight
   const Eigen::ArrayXd inside = (u.abs() < 1.0).cast<double>();
   const Eigen::ArrayXd root = inside * (1.0 - u.square());
   result.weights = root.square().matrix();
-  // psi = x w with x = 4.685 u, in units of the scale. Its derivative with respect to x is
-  // psi' = (1 - u^2)(1 - 5 u^2).
+  // psi = x w, where x = 4.685 u is the residual divided by the scale. The derivative with respect
+  // to x is psi' = (1 - u^2)(1 - 5 u^2).
   const auto count = static_cast<double>(n);
   const Eigen::ArrayXd psi = tuning * u * root.square();
   const Eigen::ArrayXd slope = root * (1.0 - 5.0 * u.square());

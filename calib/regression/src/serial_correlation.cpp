@@ -20,7 +20,7 @@ namespace {
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Returns A x. Row i of A x is half the weighted sum of the rows i - 1 and i + 1 of x.
-// @param weights  n - 1, one for each pair of consecutive rows.
+// @param weights  n - 1 weights: one for each pair of consecutive rows.
 Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights) {
   const Eigen::Index n = x.rows();
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, x.cols());
@@ -90,9 +90,9 @@ std::vector<Model> wandering_models() {
   return all;
 }
 
-// The matrix x^T V^-1 x for an n x c matrix x, and ln det V.
+// The matrix x^T V^-1 x for an n x c matrix x, and ln det V. V is the covariance of the noise.
 struct Whitened {
-  Eigen::MatrixXd products;  // c x c, the lower triangle
+  Eigen::MatrixXd products;  // x^T V^-1 x, c x c; only the lower triangle is used
   double log_determinant = 0.0;
 };
 
@@ -195,8 +195,8 @@ InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
           .log_determinant = 2.0 * whitening.root().diagonal().array().log().sum()};
 }
 
-// Fits p columns X to residuals y if the noise covariance is V. The inputs are N = X^T V^-1 X, c =
-// X^T V^-1 y and squares_of_y = y^T V^-1 y.
+// Fits the p columns of X to the residuals y, whose noise has the covariance V. The inputs are
+// N = X^T V^-1 X, c = X^T V^-1 y and squares_of_y = y^T V^-1 y.
 // @param N                only the lower triangle is used.
 // @param log_determinant  ln det V.
 ModelFit fit_by_sums(const Eigen::MatrixXd& N,
@@ -337,7 +337,7 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
 // standardised by its mean and its standard deviation for white noise.
 // @param Q        n x p: the covariance of z is (I - Q Q^T) times the noise variance.
 // @param QQ       Q^T Q.
-// @param weights  c, n - 1, one for each pair of consecutive values.
+// @param weights  the weights c_i, n - 1 entries: one for each pair of consecutive values.
 double likeness_score(const Eigen::VectorXd& z,
                       const Eigen::MatrixXd& Q,
                       const Eigen::MatrixXd& QQ,
@@ -483,9 +483,9 @@ CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem) {
   const Eigen::MatrixXd others = problem.information - A.transpose() * A;
   Rows both(A.rows(), q + 1);
   both << A, problem.deviations;
-  // The residuals e of the linear fit satisfy J^T e = 0. J^T e is the sum of a part along the
-  // direction of the cause and a part across this direction. The part across it is therefore minus
-  // the part along it.
+  // The residuals e of the linear fit satisfy J^T e = 0. J^T e is the sum of two parts: one along
+  // the direction of the cause and one perpendicular to it. The perpendicular part is therefore the
+  // negative of the other part.
   const Eigen::VectorXd gradient_across = -A.transpose() * problem.deviations;
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();

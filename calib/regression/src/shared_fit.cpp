@@ -116,7 +116,7 @@ struct AtVariances {
   Eigen::VectorXd weight;              // 1 / sigma^2 of each response, m entries
   double misfit = 0.0;                 // -2 ln of the likelihood, up to a constant
   Eigen::VectorXd degrees_of_freedom;  // nu of each response, m entries
-  Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m
+  Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m entries
   Eigen::VectorXd estimate;            // z, the D shared coefficients
   Eigen::MatrixXd gradients;           // P_k^T (y_k - P_k z), D x m
   Eigen::MatrixXd root;                // R, D x D: R R^T is the covariance of z

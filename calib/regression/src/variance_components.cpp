@@ -119,7 +119,7 @@ class Likelihood {
   }
 
  private:
-  // Computes V^-1 for each unit, and V^-1 W. A row of W that was left out gets the variance 1.
+  // Computes V^-1 for each unit, and V^-1 W. Rows that are left out of the fit get the variance 1.
   void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     Eigen::RowVectorXd of_roots(roots_.cols());

@@ -143,7 +143,8 @@ std::optional<double> p_of_block_changes(const Calibration& old,
           pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
       if (blocks.degrees_of_freedom > 0.0) {
         fewest = std::min(fewest, blocks.degrees_of_freedom);
-        // Variance of the parameter, if it is fitted to a single block, from the noise alone.
+        // If the parameter were fitted to a single block, the noise alone would cause this
+        // variance.
         const double unit = within * blocks.blocks;
         all.add_blocks(d * d * blocks.blocks / unit, blocks.mean_square / unit,
                        blocks.degrees_of_freedom, p_by_noise);

@@ -27,8 +27,8 @@ struct Pose {
   Eigen::RowVectorXd by_parameters;
 };
 
-// Returns the pose nearest to a direction if it is within 5 degrees or if the list is full.
-// Otherwise appends a new pose and returns it.
+// Returns the pose that is nearest to a direction, if the angle between them is less than 5 degrees
+// or if the list is full. Otherwise appends a new pose and returns this pose.
 Pose& pose_of(std::vector<Pose>& poses, const Eigen::Vector3d& direction) {
   constexpr double near = 0.9962;  // cosine of 5 degrees
   constexpr std::size_t most = 100;

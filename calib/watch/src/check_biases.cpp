@@ -14,8 +14,8 @@
 namespace axiscal {
 namespace {
 
-// Returns the derivative of bias(t) with respect to the parameters of the record, at the
-// temperature difference d from the reference.
+// Returns the derivative of an axis's bias with respect to the parameters of the record, at a
+// temperature that differs by d from the reference temperature.
 Eigen::RowVectorXd change_of_bias(const Calibration& record, const std::string& axis, double d) {
   const FitStatistics& statistics = *record.fit.statistics;
   Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(statistics.covariance.cols());

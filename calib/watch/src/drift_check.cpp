@@ -223,8 +223,8 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
   }
 }
 
-// Returns the parameters of an axis that both records determine. If the fields of a calibration do
-// not span all directions, it does not determine the sensitivities perpendicular to them.
+// Returns the parameters of an axis that both records determine. A calibration does not determine
+// the sensitivity to directions that are perpendicular to all of its fields.
 std::vector<std::string> names_in_both(const Calibration& old,
                                        const Calibration& fresh,
                                        Eigen::Index k) {
@@ -295,8 +295,8 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
   return changes;
 }
 
-// Splits the variance of the largest angle error into its shares, from the covariances of both
-// records. The instrument must have three axes or more.
+// Splits the variance of the largest angle error into the contributions of the sources of
+// uncertainty in both records. The instrument must have three axes or more.
 VarianceShares shares_of_error(const Calibration& old,
                                const Calibration& fresh,
                                const WorstAngle& worst) {

@@ -101,8 +101,8 @@ void put_date_of_limit(const Eigen::Vector2d& line,
   }
 }
 
-// Fits a line to the values of a trend. If their uncertainties are known, they determine the
-// weights. Otherwise the weights are equal.
+// Fits a line to the values of a trend. The weights come from the uncertainties of the values if
+// all of these are known. Otherwise the weights are equal.
 void put_trend(const std::vector<double>& years, ParameterTrend& trend) {
   const auto n = static_cast<Eigen::Index>(years.size());
   trend.slope_per_year = not_a_number;
@@ -187,8 +187,8 @@ Entry entry_of(const std::string& name, const std::string& text) {
   const std::optional<double> time = parse_date(entry.fitted.date);
   if (!time) {
     throw DataError(name, "/created",
-                    "is not a date; the history needs the date of the calibration in 'measured' or "
-                    "'created'");
+                    "this text is not a date; the history needs the date of the calibration in "
+                    "'measured' or 'created'");
   }
   entry.time_s = *time;
   return entry;
@@ -302,7 +302,7 @@ std::string history_text(const UnitHistory& unit) {
       text += ", will reach its limit on " + trend.meets_limit_on;
       if (!trend.meets_limit_from.empty()) {
         text += formatted(
-            " (95 %: from {} {})", trend.meets_limit_from,
+            " (95 % interval: from {} {})", trend.meets_limit_from,
             trend.meets_limit_until.empty() ? std::string("on") : "to " + trend.meets_limit_until);
       }
     }

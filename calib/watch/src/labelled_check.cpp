@@ -55,8 +55,8 @@ Observations wanted_of(const Experiment& experiment, const Observations& observa
   return select_rows(observations, rows);
 }
 
-// Returns the standard deviation [rad], about each axis, of the variation of the cube's orientation
-// each time the cube is laid down; 0 if the record does not separate it from other scatter.
+// Returns the standard deviation [rad] with which the cube's orientation varies about each axis
+// when the cube is placed again; 0 if the record does not state this scatter separately.
 double seat_scatter_rad(const Calibration& record) {
   for (const ScatterComponent& component : record.fit.statistics->components) {
     if (component.name == "seats" && component.sd.size() > 0) {
@@ -107,7 +107,7 @@ void add_changes_of_biases(const WeighedFit& shifted,
 
 // The readings minus the values that a record predicts for a field in the table frame.
 struct Deviations : Linearised {
-  Eigen::VectorXd e;  // n m deviations, sorted by reading [unit]
+  Eigen::VectorXd e;  // n m deviations, ordered by reading [unit of the readings]
   // Derivative of the predictions with respect to a small rotation of the field [unit/rad].
   Eigen::MatrixXd A;
   Eigen::MatrixXd V;  // covariance of e, without the scatter of blocks
@@ -182,8 +182,8 @@ class DirectionProblem {
     return e;
   }
 
-  // Adds to V the scatter of the readings, and the scatter of the cube's orientation each time the
-  // cube is laid down.
+  // Adds two variances to V: that of the readings' noise, and that of the cube's orientation, which
+  // varies each time the cube is placed again.
   void add_scatter(const Eigen::Vector3d& field, Deviations& linear) const {
     const Eigen::Index n = observations_.size();
     const LinearResponse& response = record_.sensor.response;

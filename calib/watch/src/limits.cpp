@@ -207,7 +207,7 @@ Limits parse_limits(std::string_view text, const std::string& path) {
       limit.high = high->number();
     }
     if (!limit.low && !limit.high) {
-      one.fail("needs 'low' or 'high'");
+      one.fail("a limit requires 'low' or 'high'");
     }
     if (limit.low && limit.high && !(*limit.low <= *limit.high)) {
       one.fail("'low' must not be above 'high'");
@@ -215,7 +215,7 @@ Limits parse_limits(std::string_view text, const std::string& path) {
     limits.limits.push_back(std::move(limit));
   }
   if (limits.limits.empty()) {
-    json.at("limits").fail("must have one limit or more");
+    json.at("limits").fail("must contain at least one limit");
   }
   return limits;
 }

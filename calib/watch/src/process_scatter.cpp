@@ -27,12 +27,12 @@ std::optional<ProcessScatter> process_scatter(const std::vector<Calibration>& re
                                               const std::vector<InputFileDigest>& leave_out) {
   const Eigen::Index m = instrument.axis_count();
   ProcessScatter scatter{.mean_square = Eigen::VectorXd::Zero(m)};
-  // Biases of records of one block, by serial number.
+  // For each serial number, the biases in its records that contain only one block.
   std::map<std::string, std::vector<Eigen::VectorXd>> of_one_block;
   std::vector<InputFileDigest> seen = leave_out;
   for (const Calibration& record : records) {
     if (!counts_for(record, instrument) || is_made_from(record, seen)) {
-      continue;  // the record is of another kind, or its readings were used already
+      continue;  // the record is not suitable, or its readings were used already
     }
     seen.insert(seen.end(), record.provenance.inputs.begin(), record.provenance.inputs.end());
     const CalibrationConditions& conditions = record.fit.conditions;

@@ -43,6 +43,6 @@
 ///
 /// Traps:
 /// - segment() throws a DataError if a log has no times and the caller does not state a rate.
-/// - If the name of a column of times states no unit, the unit is inferred from the sampling rate.
+/// - If the name of the time column states no unit, the unit is inferred from the sampling rate.
 /// - The standard deviation of a rest is that of its samples. The samples are correlated, so the
 ///   standard error of their mean is larger than sd / sqrt(n).

@@ -322,7 +322,7 @@ class Blackbox final : public RecordingFile::Decoder {
           left_out_));
     }
     if (lost_ > 0) {
-      all.push_back(formatted("{} bytes are not frames and are left out", lost_));
+      all.push_back(formatted("{} bytes do not belong to a frame and are left out", lost_));
     }
     return all;
   }
@@ -438,8 +438,8 @@ class Blackbox final : public RecordingFile::Decoder {
                : std::string_view("IPSGHE").find(ahead[at]) != std::string_view::npos;
   }
 
-  // @return the number of iterations after the last frame that the logger, by its settings, does
-  //         not record.
+  // @return the number of iterations that the logger skips after the last frame because of its
+  //         settings.
   [[nodiscard]] std::int64_t skipped_iterations() const {
     if (!last_iteration_) {
       return 0;

@@ -78,7 +78,8 @@ ByteSource::Opened ByteSource::open_file(const std::string& path, const ReadLimi
   return opened;
 }
 
-// The size of a pipe is not known in advance, so each read adds its bytes to the budget.
+// The size of a pipe is not known in advance, so each read adds its number of bytes to the file
+// size in the budget.
 ByteSource::Opened ByteSource::open_pipe(Read read, const ReadBudget& budget) {
   return {.read =
               [read = std::move(read), budget](char* buffer, std::size_t size) {

@@ -19,7 +19,7 @@ namespace axiscal {
 [[nodiscard]] std::string read_up_to(
     std::size_t size, const std::function<std::size_t(char* buffer, std::size_t size)>& read);
 
-/// The bytes of a file, unpacked if it is compressed.
+/// The bytes of a file. A compressed file is unpacked.
 class ByteSource {
  public:
   using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
@@ -50,7 +50,7 @@ class ByteSource {
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
-  /// @return true if these are the unchanged bytes of the regular file at path().
+  /// @return true if the source returns the unchanged bytes of the regular file at path().
   [[nodiscard]] bool is_file() const { return is_file_; }
 
   /// @return the remaining budget for reading these bytes.

@@ -22,7 +22,7 @@ namespace {
 struct Letter {
   char letter;
   std::size_t size;
-  double scale;  // factor of the stored number; 0 for text or an array
+  double scale;  // factor that multiplies the stored number; 0 for text or an array
 };
 
 constexpr std::array<Letter, 20> letters = {
@@ -95,7 +95,7 @@ std::string text_field(std::string_view bytes) {
 
 struct Message {
   std::string name, format;
-  std::size_t size = 0;  // size of a message in bytes, with the header A3 95 (hex) and the type
+  std::size_t size = 0;  // size of a message in bytes, including the header A3 95 and the type
   std::vector<std::string> columns;
   FlightMessage flight;
 };
@@ -147,7 +147,7 @@ class Dataflash final : public RecordingFile::Decoder {
   std::vector<std::string> notes() const override {
     std::vector<std::string> all;
     if (lost_ > 0) {
-      all.push_back(formatted("{} bytes are not messages and are left out", lost_));
+      all.push_back(formatted("{} bytes do not belong to a message and are left out", lost_));
     }
     if (unfinished_ > 0) {
       all.push_back(formatted("the last message is cut short ({} bytes)", unfinished_));

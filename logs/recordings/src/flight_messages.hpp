@@ -18,7 +18,7 @@ class FlightMessage {
   FlightMessage() = default;
 
   /// @param name    name of the message: "IMU", "MAG2", "RAW_IMU", ...
-  /// @param fields  names of its numeric fields, including the time and `I`.
+  /// @param fields  names of the numeric fields of the message, including the time and `I`.
   FlightMessage(std::string name, std::vector<std::string> fields);
 
   [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }

@@ -23,8 +23,8 @@ namespace {
 
 constexpr int deepest = 16;
 
-// A table in which later rows may add columns. Each row is stored as text with the cells that it
-// has. The missing cells at its end are added when the table is read.
+// A table in which later rows may add columns. Each row is stored as text that ends with its last
+// filled cell. The empty cells after it are added when the table is read.
 class GrowingTable {
  public:
   explicit GrowingTable(ReadBudget budget) : budget_(std::move(budget)) {}

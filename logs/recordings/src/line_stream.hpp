@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// Reads a text line by line in constant memory.
+/// Reads a text line by line. The memory use does not depend on the length of the text.
 class LineStream {
  public:
   explicit LineStream(ByteSource bytes) : bytes_(std::move(bytes)), buffer_(1U << 18U) {}
@@ -40,8 +40,8 @@ class LineStream {
 };
 
 /// @param start     the start of a text.
-/// @param is_whole  true if `start` is the whole text. If it is false, the last line may be cut off
-///                  and is left out, unless it is the only line.
+/// @param is_whole  true if `start` is the whole text. Otherwise the last line may be cut off, and
+///                  is left out unless it is the only line.
 /// @param most      largest number of lines.
 /// @return the first lines of the text, without line ends.
 [[nodiscard]] std::vector<std::string_view> first_lines(std::string_view start,

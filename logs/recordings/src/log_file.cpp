@@ -72,8 +72,8 @@ std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
   if (found != columns.end()) {
     return static_cast<std::size_t>(found - columns.begin());
   }
-  // Otherwise the only column that has this name apart from units is used: "ax" finds "ax (m/s^2)",
-  // and "ax (m/s^2)" finds "ax".
+  // Otherwise the names are compared without units: "ax" finds "ax (m/s^2)", and "ax (m/s^2)" finds
+  // "ax". Exactly one column must match.
   const std::string plain = named_column(name).name;
   const auto is_so = [&](const std::string& column) {
     return !plain.empty() && named_column(column).name == plain;
@@ -157,7 +157,7 @@ LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path)
     columns_[at] = mapped.name;
     factors_[at] = mapped.factor;
     source_->notes.push_back(formatted(
-        "column {} is {}{}", mapped.name,
+        "column '{}' is {}the file's column '{}'", mapped.name,
         mapped.factor == 1.0 ? "" : number_text(mapped.factor) + " times ", mapped.column));
   }
   select_all();
@@ -250,7 +250,7 @@ std::vector<LogSensor> LogFile::sensors() {
   }
   look_ahead();
   const TableColumns table = recognise_columns(columns_, table_name_, ahead_);
-  // sensors_of() needs a RecordingSummary, so the columns of the table are described by one.
+  // sensors_of() needs a RecordingSummary, so a summary that describes the columns is made here.
   RecordingSummary summary{.format = format_};
   const MessageSeries series("", 0, columns_, table.series);
   for (const MessageSeries::Part& part : series.parts()) {
@@ -318,8 +318,8 @@ void LogFile::scale(LogBlock& block) const {
   }
 }
 
-// A line of text may have a hundred thousand cells, so not only the number of rows of a block is
-// limited, but also its number of values.
+// Limits both the number of rows and the number of values in a block, because a line of text may
+// have a hundred thousand cells.
 std::size_t LogFile::rows_at_once(std::size_t columns) {
   return std::max<std::size_t>(1, most_values_at_once / std::max<std::size_t>(1, columns));
 }

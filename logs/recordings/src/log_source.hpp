@@ -22,7 +22,7 @@ class LogFile::Source {
   std::vector<std::string> notes;
   LogDefects defects;
   std::size_t rows = 0;  ///< number of rows, if the header of the file states it; otherwise 0
-  double rate_hz = 0.0;  ///< samples per second that the file states; 0 if it states none
+  double rate_hz = 0.0;  ///< sample rate stated in the file [Hz]; 0 if not stated
   std::optional<std::size_t> clock;  ///< index of the column of dates or times of day
   std::vector<std::size_t> is_text;  ///< indices of the columns without numbers
 };

@@ -187,7 +187,7 @@ class NpyLog : public LogFile::Source {
   void select(const std::vector<std::size_t>& selected) override { selected_ = selected; }
 
   std::size_t read(LogBlock& block, std::size_t most) override {
-    // About 1 MiB is read at once, so that a header with false sizes does not allocate more.
+    // About 1 MiB is read at once, so that false sizes in a header cannot cause a large allocation.
     constexpr std::size_t block_size = 1U << 20U;
     const std::size_t wanted =
         std::min({most, header_.rows - done_, std::max<std::size_t>(block_size / row_size_, 1)});
@@ -269,7 +269,7 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   if (numbers > no_disk_holds) {
     throw DataError(path, "the .npy file is cut short");
   }
-  // If the array has a few long rows, each row is a series of samples.
+  // If the array has few but long rows, each row is assumed to be a series of samples.
   constexpr std::size_t most_series = 64;
   const bool is_transposed =
       header.names.empty() && (header.columns > most_columns ||

@@ -59,7 +59,7 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// @return one recording that contains the series of all `parts`.
 [[nodiscard]] OpenedFile joined_recordings(std::vector<OpenedFile> parts);
 
-/// @return a source that returns the bytes of `text`, which it keeps in memory.
+/// @return a source that returns the bytes of `text`. The source keeps `text` in memory.
 [[nodiscard]] ByteSource bytes_of_text(const std::string& path,
                                        std::string text,
                                        const ReadBudget& budget);
@@ -73,7 +73,7 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// unchanged.
 [[nodiscard]] ByteSource printed_lines_as_table(ByteSource bytes);
 
-/// @return the content, as CSV, of the first sheet of a workbook that contains numbers.
+/// @return the first sheet with numbers in a workbook, converted to CSV.
 /// @param part  function that takes the name of a file in the workbook's zip archive, and returns
 ///              its content; empty if there is no such file.
 [[nodiscard]] std::string csv_of_workbook(
@@ -90,7 +90,7 @@ class SpooledFile {
   /// @throws OutputError  if the disk is full.
   void write(const char* buffer, std::size_t size);
 
-  /// Removes the name of the copy from its folder. A file that is already open can still be read.
+  /// Removes the copy's name from its folder. Processes that have the copy open can still read it.
   void remove_name() { file_.remove_name(); }
 
   [[nodiscard]] const std::string& path() const { return file_.path(); }

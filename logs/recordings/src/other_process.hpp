@@ -20,7 +20,7 @@ inline constexpr OwnProgram reader_program{.name = "axiscal-read", .package = "a
 /// @param format  "mat73" or "hdf5".
 /// @return the table with the most numbers in the file.
 /// @throws DataError   if the file is damaged.
-/// @throws LimitError  if reading the file costs more than its limit.
+/// @throws LimitError  if reading the file would exceed a limit.
 /// @throws RefusedError  if the program is not installed or cannot be started.
 [[nodiscard]] std::unique_ptr<LogFile::Source> read_in_another_process(const std::string& path,
                                                                        const std::string& name,

@@ -24,8 +24,8 @@ struct Pairs {
   std::string unit;
 };
 
-// Adds the word before the first axis to the names of all axes: in "Accel X: 1 Y: 2 Z: 3" it is
-// "Accel".
+// Adds the word before the first axis to the names of all axes. In "Accel X: 1 Y: 2 Z: 3", this
+// word is "Accel".
 void name_by_first(std::vector<std::string>& names) {
   if (names.size() < 2 || names.front().size() < 3) {
     return;
@@ -108,8 +108,8 @@ std::string_view behind_arrow(std::string_view line) {
   return at == std::string_view::npos ? line : line.substr(at + arrow.size());
 }
 
-// A kind of line that a sketch prints repeatedly, such as "gx = 0.06 gy = -1.69 gz = 0.39 deg/s":
-// its names, its unit and the number of such lines.
+// A kind of line that an Arduino sketch prints repeatedly, such as "gx = 0.06 gy = -1.69 deg/s":
+// the names and the unit in the line, and the number of such lines.
 struct PrintedLine {
   std::vector<std::string> names;
   std::string unit;
@@ -154,7 +154,7 @@ std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, st
   return lines;
 }
 
-// Joins the lines of one sample to a row of the table. The row replaces the last of these lines.
+// Joins the lines of one sample into a row of the table. The row replaces the last of these lines.
 class RowOfLines {
  public:
   explicit RowOfLines(std::vector<PrintedLine> lines)

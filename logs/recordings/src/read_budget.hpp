@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// Thrown if reading a file costs more than its limit. The reader then tries no other format or
+/// Thrown if reading a file exceeds one of the ReadLimits. The reader then tries no other format or
 /// member of the file.
 class LimitError : public DataError {
  public:

@@ -82,8 +82,8 @@ class RecordStream {
  public:
   explicit RecordStream(ByteSource bytes) : bytes_(std::move(bytes)) {}
 
-  /// @return the next bytes without consuming them; fewer at the end. They are valid until the next
-  ///         call. The memory used depends on the number of bytes read, not on `size`.
+  /// @return the next `size` bytes, without consuming them; fewer at the end. The bytes are valid
+  ///         until the next call. Memory use depends on the number of bytes read, not on `size`.
   [[nodiscard]] std::string_view peek(std::size_t size) {
     while (filled_ - begin_ < size && !ended_) {
       read_more(size);
@@ -91,7 +91,7 @@ class RecordStream {
     return {buffer_.data() + begin_, std::min(size, filled_ - begin_)};
   }
 
-  /// @return the next bytes; fewer at the end. They are valid until the next call.
+  /// @return the next `size` bytes; fewer at the end. The bytes are valid until the next call.
   [[nodiscard]] std::string_view take(std::size_t size) {
     const std::string_view record = peek(size);
     begin_ += record.size();

@@ -28,8 +28,8 @@ namespace {
 
 using namespace std::string_view_literals;
 
-// @return the program that wrote a table, recognised by the names of its columns; "table" if it is
-//         not known.
+// @return the program that wrote a table, recognised by the names of the columns; "table" if the
+//         program is not known.
 std::string format_of_table(const std::vector<std::string>& columns) {
   const auto has = [&](std::string_view part) {
     return std::any_of(columns.begin(), columns.end(), [&](const std::string& name) {
@@ -224,7 +224,7 @@ OpenedFile ReopenableFile::open() {
   }
   if (!pipe_) {
     pipe_ = std::shared_ptr<Pipe>(new Pipe{InputFile(path_), nullptr});
-    // The copy of a pipe is as large as the bytes that were sent, so it needs no limit.
+    // The copy cannot be larger than the data from the pipe, so its disk space is not limited.
     pipe_->copy = std::make_shared<SpooledFile>(path_, unlimited_disk(path_));
     pipe_->copy->remove_name();
     return open_recording(ByteSource(

@@ -39,7 +39,7 @@ class RosMessageType {
   [[nodiscard]] const std::string& name() const { return name_; }
 
   struct Decoded {
-    std::vector<double> values;     ///< one for each column
+    std::vector<double> values;     ///< one value for each column
     std::optional<double> stamp_s;  ///< time in header.stamp [s]; nullopt if it is 0 or missing
   };
 
@@ -71,7 +71,7 @@ class RosMessageType {
   ReadBudget budget_;
   std::vector<Type> types_;
   std::vector<std::string> columns_;
-  std::vector<std::size_t> open_;  // the type that add_type() reads, and those that contain it
+  std::vector<std::size_t> open_;  // type that add_type() is reading, and the types around it
 };
 
 /// A topic of a bag. It converts the messages of the topic to series.

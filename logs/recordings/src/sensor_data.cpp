@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t fewest_rows = 50;  // rows needed to recognise columns by their values
 
-// True if a column never decreases, and increases at more than a quarter of the rows, like times.
+// True if a column never decreases, and increases at more than a quarter of the rows, as times do.
 bool ascends(const std::vector<double>& values) {
   std::size_t up = 0;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -29,7 +29,7 @@ bool ascends(const std::vector<double>& values) {
   return values.size() >= fewest_rows && 4 * up > values.size();
 }
 
-// True if a column increases in even steps, like times or a counter.
+// True if a column increases in equal steps, as times or a counter do.
 bool ascends_evenly(const std::vector<double>& values) {
   if (!ascends(values)) {
     return false;
@@ -54,8 +54,8 @@ double length_of(const LogBlock& block, std::size_t first, std::size_t row) {
 struct Lengths {
   double middle = 0.0;
   double spread = 1.0;
-  // True if the vectors pointed in several directions. If they point in one direction, a constant
-  // magnitude does not show which quantity they are.
+  // True if the vectors point in several directions. Otherwise a constant magnitude does not show
+  // which quantity was measured.
   bool has_turned = false;
 
   // True for unit vectors, for example normalised directions from a filter or a sun sensor.
@@ -148,9 +148,9 @@ double dot(const Vector& a, const Vector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// Tests whether three columns are the rates of a gyroscope. The rates of a gyroscope explain how
-// the measured gravity changes: d(up)/dt = -rate x up. The changes are computed over `step`
-// samples, because the noise of neighbouring samples hides a slow turn.
+// Tests whether three columns are the rates of a gyroscope. Such rates explain how the vector `up`
+// changes, which is the gravity that an accelerometer measures: d(up)/dt = -rate x up. The changes
+// are computed over `step` samples, because over one sample a slow rotation is hidden by noise.
 // @return the correlation between the measured changes and -rate x up, -1 to 1; 0 if gravity does
 //         not change, or if -rate x up is always 0.
 double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates, std::size_t step) {
@@ -383,8 +383,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (rates) {
     set(columns, *rates, {.kind = SeriesKind::gyroscope, .known_by = KnownBy::data});
   }
-  // If no accelerometer is found, a magnetometer that was turned is recognised. The magnitude of
-  // its readings is constant, and is that of the Earth's field in a common unit.
+  // If no accelerometer is found, a magnetometer may be recognised. It must have been rotated, and
+  // the magnitude of its readings must be constant and that of the Earth's field in a common unit.
   if (const std::optional<Candidate> found = gravity ? std::nullopt : steadiest(magnetic_unit)) {
     set(columns, found->first,
         {.kind = SeriesKind::magnetometer, .unit = found->unit, .known_by = KnownBy::data});

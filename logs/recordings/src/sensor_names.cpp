@@ -120,7 +120,7 @@ std::string letters_of_axis(std::string small) {
   return small;
 }
 
-// @return true if a name is that of a quantity that a calibration cannot use. These are
+// @return true if a name denotes a quantity that a calibration cannot use. Such quantities are
 //         accelerations without gravity, which phones and filters compute, and gravity computed by
 //         a filter.
 bool is_without_gravity(std::string_view small) {
@@ -198,8 +198,8 @@ std::string unit_of_writer(const std::vector<std::string>& columns,
     return name.starts_with("Acc_") ? "m/s^2" : name.starts_with("Gyr_") ? "rad/s" : "";
   }
   if (has("seconds_elapsed")) {
-    // The accelerometer of an Android phone is in m/s^2, and that of an iPhone is in g if it is
-    // uncalibrated. The unit is therefore found later, from the values.
+    // Android phones record accelerations in m/s^2, but iPhones record uncalibrated accelerations
+    // in g. The unit is therefore found later, from the values.
     return kind == SeriesKind::gyroscope      ? "rad/s"
            : kind == SeriesKind::magnetometer ? "uT"
            : table == "TotalAcceleration"     ? "m/s^2"
@@ -417,8 +417,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     });
   };
   const SeriesKind kind_of_table = sensor_kind_in(table);
-  // Sensor Logger's Accelerometer.csv is without gravity, and TotalAcceleration.csv includes
-  // gravity.
+  // Sensor Logger's Accelerometer.csv excludes gravity, and TotalAcceleration.csv includes gravity.
   const bool is_sensor_logger =
       std::find(columns.begin(), columns.end(), "seconds_elapsed") != columns.end();
   const bool table_without_gravity =

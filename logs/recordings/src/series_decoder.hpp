@@ -36,8 +36,8 @@ class RecordingFile::Decoder {
   std::vector<std::string> notes_;
 };
 
-/// The series into which the numbers of one type of message are split. Columns of the same kind and
-/// unit form a series. A series of a sensor has at most three columns. A column of unknown kind is
+/// Splits the numbers in messages of one type into series. Columns of the same kind and unit form
+/// one series. A series of a sensor has at most three columns. Columns of unknown kind get the kind
 /// `other`.
 class MessageSeries {
  public:
@@ -47,7 +47,7 @@ class MessageSeries {
     std::size_t number = 0;           ///< index of the series in the sink
   };
 
-  /// A function that returns a Series with kind, unit and known_by of a column. The kind may be
+  /// A function that returns the kind, unit and known_by of a column, as a Series. The kind may be
   /// `other`.
   using Rule = std::function<Series(const std::string& column)>;
 
@@ -62,7 +62,7 @@ class MessageSeries {
                 const std::vector<std::string>& columns,
                 const Rule& rule);
 
-  /// @param of_columns  a Series for each column, in which kind, unit and known_by are used.
+  /// @param of_columns  a Series for each column. Only kind, unit and known_by are used.
   MessageSeries(const std::string& name,
                 int instance,
                 const std::vector<std::string>& columns,

@@ -21,8 +21,8 @@ struct MergedColumn {
 };
 
 /// A table made from the series of a recording. The rows are the samples of one series, and the
-/// other series are interpolated to the times of these rows. The memory is constant if the series
-/// are interleaved in the file.
+/// other series are interpolated to the times of these rows. If the series are interleaved in the
+/// file, the memory use does not depend on the length of the recording.
 class SeriesLog final : public LogFile::Source {
  public:
   /// @param base     index of the series whose samples are the rows.

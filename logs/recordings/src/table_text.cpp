@@ -309,7 +309,7 @@ void TableText::State::look_at_numbers(std::unique_ptr<LogFile::Source> source) 
   first_rows = numbers->look_ahead();
 }
 
-// Renames, scales and reverses the columns in `format.columns` (option --map).
+// Renames the columns in `format.columns` and multiplies them by their factors (option --map).
 void TableText::State::map_columns() {
   factors.assign(columns.size(), 1.0);
   if (format.columns.empty()) {
@@ -325,14 +325,14 @@ void TableText::State::map_columns() {
     columns[at] = {.name = mapped.name};
     factors[at] = mapped.factor;
     is_plain = is_plain && mapped.factor == 1.0;
-    notes.push_back(formatted("column {} is {}{}", mapped.name,
+    notes.push_back(formatted("column '{}' is {}the file's column '{}'", mapped.name,
                               mapped.factor == 1.0 ? "" : number_text(mapped.factor) + " times ",
                               mapped.column));
   }
 }
 
-// Converts the next line to CSV. A line that is not a row becomes an empty line, so that each line
-// has the same number as in the file.
+// Converts the next line to CSV. A line that is not a row becomes an empty line, so that the line
+// numbers agree with those in the file.
 bool TableText::State::next_line() {
   std::string_view raw;
   if (!lines->next(raw)) {

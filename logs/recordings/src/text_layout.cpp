@@ -39,7 +39,7 @@ bool is_unit_in_cell(std::string_view unit) {
          std::find(others.begin(), others.end(), unit) != others.end();
 }
 
-// True if a cell is a number that is followed by a unit or has a separator of thousands.
+// True if a cell is a number that is followed by a unit or contains thousands separators.
 bool is_dressed_number(std::string_view cell, bool decimal_comma) {
   const DecoratedNumber number = parse_decorated_number(cell, decimal_comma);
   return std::isfinite(number.value) &&
@@ -97,7 +97,7 @@ bool is_a_unit(std::string_view cell) {
          std::find(others.begin(), others.end(), cell) != others.end();
 }
 
-// True if two filled cells are equal. This is possible in a row of units, but not of names.
+// True if two filled cells are equal, which is possible in a row of units but not in one of names.
 bool repeats(const Cells& cells) {
   std::unordered_set<std::string_view> seen;
   return std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
@@ -443,8 +443,8 @@ class LayoutFinder {
       }
       layout_.is_clock[c] = clocks > 0 && numbers == 0 && texts == 0;
       layout_.is_text[c] = texts > 0 && numbers == 0 && dressed == 0;
-      // If only some numbers have a unit, this is regarded as an error in the file. A separator of
-      // thousands is allowed in only some cells, because numbers below 1,000 have none.
+      // If some numbers have a unit and others do not, the file is regarded as wrong. Thousands
+      // separators may be absent in some cells, because numbers below 1,000 have none.
       layout_.is_dressed[c] =
           dressed > 0 && one_unit && texts == 0 && clocks == 0 && (unit->empty() || plain == 0);
       if (layout_.is_dressed[c] && !unit->empty() && c < layout_.columns.size() &&

@@ -23,7 +23,7 @@ struct TextLayout {
   bool last_is_empty = false;      ///< true if each row ends with a delimiter: "1, 2,"
   std::vector<bool> is_text;       ///< true for each column that contains text and no numbers
   std::vector<bool> is_clock;      ///< true for each column of dates or times of day
-  /// True for each column whose numbers are followed by a unit or have a separator of thousands;
+  /// True for each column whose numbers are followed by a unit or contain thousands separators;
   /// see parse_decorated_number().
   std::vector<bool> is_dressed;
   bool header_is_odd = false;      ///< true if header and rows differ in their number of cells

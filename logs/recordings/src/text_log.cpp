@@ -100,7 +100,7 @@ class TextLog : public LogFile::Source {
     }
     if (rows == 0 && rows_ == 0) {
       throw DataError(lines_.path(), lines_.line(),
-                      "no row of numbers follows; do the following rows have another separator "
+                      "no rows of numbers were found; do the later rows have another separator "
                       "than the first rows?");
     }
     if (rows == 0 && erased_rows_ > 0) {

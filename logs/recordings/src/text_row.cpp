@@ -107,7 +107,7 @@ DecoratedNumber parse_decorated_number(std::string_view cell, bool decimal_comma
   const std::size_t whole_end = std::min(number.find(point), number.size());
   std::string plain;
   bool is_grouped = false;
-  std::size_t digits = 0;  // digits since the last separator of thousands
+  std::size_t digits = 0;  // digits since the last thousands separator
   for (std::size_t i = 0; i < whole_end; ++i) {
     const char c = number[i];
     if (groups.find(c) != std::string_view::npos) {

@@ -161,7 +161,7 @@ class Tlog final : public RecordingFile::Decoder {
       all.push_back(formatted("{} packets have a wrong checksum, and are left out", damaged_));
     }
     if (lost_ > 0) {
-      all.push_back(formatted("{} bytes are not packets and are left out", lost_));
+      all.push_back(formatted("{} bytes do not belong to a packet and are left out", lost_));
     }
     return all;
   }

@@ -46,7 +46,7 @@ class Unpacker {
 };
 
 /// @param start  the first bytes of a file.
-/// @return the kind of compression of the file, such as "gzip"; empty if it is not compressed.
+/// @return the kind of compression of the file, such as "gzip"; empty if not compressed.
 [[nodiscard]] std::string_view detect_compression(std::string_view start);
 
 /// Unpacks a compressed block of a ROS bag in memory.

@@ -79,7 +79,7 @@ TEST(CalibrationJson, IsNotWrittenIfItCouldNotBeReadAgain) {
       calibrate(experiment_for(truth), observe(truth, {.replicates = 1, .noise_sd = 1e-4}));
   calibration.sensor.response.bias(1) = std::nan("");
   const test::ScratchFolder folder;
-  for (const std::string path : {folder.path("cal.json"), std::string()}) {
+  for (const std::string& path : {folder.path("cal.json"), std::string()}) {
     EXPECT_THAT(test::complaint_of<DomainError>([&] {
                   if (path.empty()) {
                     static_cast<void>(calibration_json(calibration));

@@ -385,7 +385,8 @@ TEST(TableOfTemperatures, HasThemInAllRowsOrInNone) {
   const TableOfReadings blank = table_of(header + "+X,+Y,1,2,3,\n+X,-Y,1,2,3,\n");
   EXPECT_FALSE(blank.observations.readings[1].temperature);
   EXPECT_THAT(complaint_of_table(header + "+X,+Y,1,2,3,\n+X,-Y,1,2,3,21\n"),
-              HasSubstr("sheet.csv:3: column 'temperature': has a value in this row"));
+              HasSubstr("sheet.csv:3: column 'temperature': this column has a value in this "
+                        "row"));
   EXPECT_THAT(complaint_of_table(header + "+X,+Y,1,2,3,21\n+X,-Y,1,2,3,\n"),
               HasSubstr("column 'temperature' is empty"));
   EXPECT_THAT(complaint_of_table(header + "+X,+Y,1,2,3,\n", {.needs_temperature = true}),

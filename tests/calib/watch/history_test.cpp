@@ -222,7 +222,7 @@ TEST_F(HistoryOfFolder, DatesTheLimitWithItsInterval) {
   EXPECT_FALSE(found.outside);
   EXPECT_THAT(
       history_text(read(Limits{.limits = {{.parameter = "x.bias", .high = limit}}}).front()),
-      HasSubstr("will reach its limit on " + found.meets_limit_on + " (95 %: from " +
+      HasSubstr("will reach its limit on " + found.meets_limit_on + " (95 % interval: from " +
                 found.meets_limit_from + " to " + found.meets_limit_until + ")"));
 }
 

@@ -288,10 +288,10 @@ TEST(LimitsFile, IsRefusedWithThePlaceOfTheError) {
             "l.json: /rule: must be 'simple' or 'guarded'");
   EXPECT_EQ(complaint_about(R"("conditions":"some",)" + good),
             "l.json: /conditions: must be 'repeatability' or 'intermediate'");
-  EXPECT_EQ(complaint_about(R"("limits":[])"), "l.json: /limits: must have one limit or more");
+  EXPECT_EQ(complaint_about(R"("limits":[])"), "l.json: /limits: must contain at least one limit");
   const std::string first = R"("limits":[{"parameter":"a","low":1},)";
   EXPECT_EQ(complaint_about(first + R"({"parameter":"b"}])"),
-            "l.json: /limits/1: needs 'low' or 'high'");
+            "l.json: /limits/1: a limit requires 'low' or 'high'");
   EXPECT_EQ(complaint_about(first + R"({"parameter":"b","low":2,"high":1}])"),
             "l.json: /limits/1: 'low' must not be above 'high'");
   EXPECT_THAT(complaint_about(first + R"({"parameter":"b","height":1}])"), HasSubstr("height"));

@@ -14,8 +14,8 @@
 // is the place of one instrument in the cube.
 namespace axiscal {
 
-/// @param experiment  an experiment with one instrument; its positioner contains the mounts of all
-///                    slots.
+/// @param experiment  an experiment with one instrument and a positioner that contains the mounts
+///                    of all slots.
 /// @param slots       the names of two or more slots.
 /// @return the joint experiment; its instrument has the axes of all slots.
 [[nodiscard]] Experiment assembled(Experiment experiment, const std::vector<std::string>& slots);

@@ -21,7 +21,7 @@ struct FreeSetup {
   double dwell_s = 1.0;            ///< duration of a reading at rest
   double wanted_u_deg = 0.5;       ///< target for FreeView::u_deg
   std::size_t most_points = 5000;  ///< largest number of readings that are kept
-  bool unattended = false;         ///< true: the session ends by itself at FreeView::is_enough
+  bool unattended = false;  ///< true: the session ends by itself when FreeView::is_enough is true
 };
 
 /// Calibrates an instrument that a person turns in the hand. The session repeats the fit to a

@@ -24,7 +24,8 @@ struct FreeView {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d to_sphere = Eigen::Matrix3d::Identity();
   bool is_fitted = false;
-  bool takes_rests = false;  ///< true: each reading is a mean at rest, and undo drops the last one
+  /// True: each reading is a mean of samples at rest, and undo drops the last reading.
+  bool takes_rests = false;
   /// Fraction of the sphere of directions that is within 30 degrees of a reading's direction.
   double coverage = 0.0;
   double largest_gap_rad = 0.0;

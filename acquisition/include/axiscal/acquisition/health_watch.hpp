@@ -30,7 +30,7 @@ struct HealthView {
   double progress = 0.0;  ///< completed part of the reading, 0 .. 1
   ReducedReading now;     ///< calibrated mean over the stillness window
   std::size_t readings = 0;
-  std::optional<InSituCheck> check;  ///< from all readings so far; nullopt if there are none
+  std::optional<InSituCheck> check;  ///< check of all readings so far; nullopt without readings
 };
 
 /// Monitors an installed instrument in any pose. It takes readings at rest and applies the

@@ -23,9 +23,9 @@ class Journal {
 
   /// Opens an existing journal for appending, and locks it against other programs.
   /// @param path   the journal's file name.
-  /// @param lines  receives the content without an incomplete last line.
-  /// @throws DataError    if the file does not exist, or its first line is not that of a journal.
-  ///                      The file stays unchanged.
+  /// @param lines  receives all complete lines of the journal.
+  /// @throws DataError    if the file does not exist, or its first line is not the header of a
+  ///                      journal. The file stays unchanged.
   /// @throws OutputError  if the file cannot be written, or another program has locked it.
   [[nodiscard]] static Journal open(const std::string& path, std::vector<std::string>& lines);
 
@@ -40,7 +40,7 @@ class Journal {
   ///         earlier lines, and the caller may append the line again.
   [[nodiscard]] std::string append(std::string_view line);
 
-  /// Appends a line without waiting until it is on the disk. It is used for raw samples.
+  /// Appends a line of raw samples without waiting until the line is on the disk.
   [[nodiscard]] std::string append_without_sync(std::string_view line);
 
   [[nodiscard]] const std::string& path() const { return path_; }

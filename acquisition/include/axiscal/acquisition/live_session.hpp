@@ -69,8 +69,8 @@ class LiveSession {
   /// @return the readings so far, in the order taken.
   [[nodiscard]] virtual Observations observations() const = 0;
 
-  /// @return the calibrations at the end, one for each instrument; empty before the end. It is also
-  ///         empty if the calibration failed; view() then contains the error.
+  /// @return the final calibrations, one for each instrument; empty before the end, or if the
+  ///         calibration failed. After a failure, view() contains the error.
   [[nodiscard]] virtual const std::vector<Calibration>& calibrations() const = 0;
 };
 

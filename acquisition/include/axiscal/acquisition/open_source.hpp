@@ -15,7 +15,7 @@ struct SourceKind {
   std::string address;  ///< an example: "serial:/dev/ttyUSB0?baud=115200"
   std::string help;
   std::vector<std::string> options;  ///< names allowed after the question mark
-  bool available = true;             ///< true if this build supports it
+  bool available = true;             ///< true if this build supports this kind of source
 };
 
 /// @return all kinds, in the order of the documentation.
@@ -24,8 +24,8 @@ struct SourceKind {
 /// Opens a source by its address: SCHEME:PLACE?OPTION=VALUE&OPTION=VALUE.
 ///
 /// `-` is standard input. A path without a scheme is a file. In an option, `%XX` is the byte with
-/// the hexadecimal code XX. If the source is not connected, this function does not throw; read()
-/// reports this and tries again to connect.
+/// the hexadecimal code XX. This function does not throw if a device is not connected; read() then
+/// reports the problem and tries to connect again.
 /// @throws DomainError  for an unknown scheme, option or value, or if this build does not support
 ///                      the scheme.
 /// @throws DataError    for a file that is missing or malformed.

@@ -41,8 +41,8 @@ struct PlacedReading {
   DesignEntry entry;
   Eigen::VectorXd mean;  ///< mean of each axis, m entries [unit]
   Eigen::VectorXd u;     ///< standard uncertainty of the mean from noise, m entries [unit]
-  /// Rotation in the table's frame that converts PoseModelSetup::field to the field at the time of
-  /// the reading, from change_of_field().
+  /// Rotation, in the table's frame, from PoseModelSetup::field to the field at the time of the
+  /// reading. It is computed by change_of_field().
   Eigen::Matrix3d field_turn = Eigen::Matrix3d::Identity();
 };
 
@@ -52,8 +52,8 @@ struct PoseModelFit {
   Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< field at FieldLevel 1 [field unit]
   /// Standard uncertainties of the x and y components of the field's direction, frame table [rad].
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
-  /// The derivative of the field with respect to displacements of its direction along two unit
-  /// vectors that are perpendicular to the field [field unit per rad].
+  /// Column k: change of the field vector per radian of tilt towards tangent k. The two tangents
+  /// are unit vectors perpendicular to the field [field unit per rad].
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
   /// The ratio of the residuals' variance to the stated variance; at least 1.
   double variance_factor = 1.0;
@@ -66,7 +66,8 @@ struct PoseModelFit {
 /// The match of a reading with the 24 poses of the cube.
 struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< pose with the smallest chi^2
-  /// Evidence for the best pose instead of the stated pose: half the difference of their chi^2.
+  /// Logarithm of the likelihood ratio of the best pose to the stated pose: half the difference of
+  /// their chi^2.
   double log_ratio = 0.0;
   double misfit = 0.0;              ///< chi^2 of the stated pose, with m degrees of freedom
   double best_misfit = 0.0;         ///< chi^2 of the best pose
@@ -80,10 +81,11 @@ struct PoseJudgement {
 /// The response is v = b + S f, with the bias b, the sensitivity matrix S and the field f in the
 /// sensor's frame. f is R_sp R f_table: R is the pose's rotation from the table's frame to the
 /// positioner's frame, and R_sp is the rotation from the positioner's frame to the sensor's frame.
-/// The prior is weak. It expects S near the product of the nominal axes and a scale, which is the
-/// nominal sensitivity or unknown. It expects f_table, the field in the table's frame, near its
-/// nominal direction. The uncertainty of a prediction includes the covariance of the parameters.
-/// After few readings this covariance is large, so the model reports only gross mistakes.
+/// The prior is weak. It expects S near the matrix of the nominal axes, multiplied by the nominal
+/// sensitivity. If the nominal sensitivity is unknown, this factor is fitted. The prior expects
+/// f_table, the field in the table's frame, near its nominal direction. The uncertainty of a
+/// prediction includes the covariance of the parameters. After few readings this covariance is
+/// large, so the model reports only gross mistakes.
 ///
 /// @par Source
 /// The Gauss-Newton method with a normal prior. A pose is judged by the chi^2 of its prediction.
@@ -91,8 +93,9 @@ class PoseModel {
  public:
   explicit PoseModel(PoseModelSetup setup);
 
-  /// @return true if the model can predict readings. It cannot for one-sided axes, for a field that
-  ///         is a sum of several fields, or if a nominal axis or the magnitude is unknown.
+  /// @return true if the model can predict readings. It is false if an axis is one-sided, if the
+  ///         field is a sum of several fields, or if a nominal axis or the magnitude of the field
+  ///         is unknown.
   [[nodiscard]] bool is_usable() const;
 
   /// Fits the model to the readings.

@@ -49,7 +49,8 @@ class SampleFeed {
   ///         channels are known, or if the recording lacks a clock.
   [[nodiscard]] std::optional<double> time_at_zero() const;
 
-  /// @return the time since the last sample of the first source [s]; 0 if it is not live.
+  /// @return the time since the last sample of the first source [s]; 0 if the first source is not
+  ///         live.
   [[nodiscard]] double silence_s() const;
 
   /// Numbers of samples, of invalid lines or frames, and of repeated samples, over all sources.

@@ -27,7 +27,7 @@ namespace axiscal {
 
 /// The inputs of a guided session.
 struct SessionSetup {
-  Experiment experiment;           ///< if a cube has several instruments: from assembled()
+  Experiment experiment;  ///< if the cube has several instruments: the result of assembled()
   std::vector<RunSheetRow> sheet;  ///< design points in the order of the requests
   StillnessOptions stillness;
   /// Duration of each reading [s]. If nullopt, it is computed from the noise and reading_u.
@@ -137,7 +137,7 @@ struct SessionView {
   std::optional<DesignPoint> present;     ///< pose of the cube; nullopt if it is unknown
   std::optional<DesignPoint> looks_like;  ///< in phase question: the pose that fits best
   bool lies_as_before = false;            ///< true: the cube is in the pose of the last reading
-  std::vector<CubeTurn> turns;            ///< turns from the present to the wanted pose
+  std::vector<CubeTurn> turns;            ///< turns of the cube from the present to the wanted pose
   /// Scatter of the samples divided by its limit. The cube is still if this is at most 1.
   double stillness = 0.0;
   double progress = 0.0;  ///< completed part of the duration, 0 .. 1
@@ -156,10 +156,10 @@ struct SessionView {
   /// the worst direction.
   std::optional<double> forecast_deg;
   std::vector<SessionAlarm> alarms;
-  std::vector<int> suspects;                ///< run numbers of readings that later ones contradict
-  std::vector<std::string> result;          ///< at the end: verdict and warnings
-  std::vector<SessionOutcome> outcomes;     ///< at the end: one result for each instrument
-  std::optional<FreeView> free;             ///< progress of a FreeSession, otherwise nullopt
+  std::vector<int> suspects;        ///< run numbers of the readings that later readings contradict
+  std::vector<std::string> result;  ///< at the end: verdict and warnings
+  std::vector<SessionOutcome> outcomes;  ///< at the end: one result for each instrument
+  std::optional<FreeView> free;          ///< progress of a FreeSession; nullopt for other sessions
   std::optional<FieldLevel> present_level;  ///< field level at the last reading
 };
 

@@ -31,7 +31,8 @@ struct SimulationSetup {
   double knock_rate = 0.0;               ///< probability of a knock after the cube was placed
   double placement_sd_rad = 2e-5;        ///< repeatability of the cube's orientation
   double sensitivity = 1.0;              ///< approximate sensitivity [unit per g]
-  std::optional<double> temperature;     ///< adds a channel `temperature` [degC]
+  /// Value of an additional channel `temperature` [degC]; nullopt: no such channel.
+  std::optional<double> temperature;
 };
 
 /// A mistake that the simulated person made.
@@ -62,7 +63,8 @@ class SimulatedSource final : public Source {
   ///                     time of day.
   void play(const Experiment& experiment) override;
 
-  /// @return the true response of the instrument [unit per field unit]; for an accelerometer per g.
+  /// @return the true response of the instrument [unit per field unit]; the field unit of an
+  ///         accelerometer is g.
   [[nodiscard]] const LinearResponse& truth() const { return truth_; }
   [[nodiscard]] const std::vector<SimulatedMistake>& mistakes() const { return mistakes_; }
 
@@ -75,10 +77,12 @@ class SimulatedSource final : public Source {
   std::string name_;
   SimulationSetup setup_;
   std::vector<Channel> channels_;
-  RandomStream random_;  // for the instrument, the placement of the cube and the noise
-  RandomStream person_;  // for the person's mistakes; independent of the number of samples
+  // Random numbers for the instrument, the placement of the cube and the noise.
+  RandomStream random_;
+  // Random numbers for the person's mistakes; independent of the number of samples.
+  RandomStream person_;
   LinearResponse truth_;
-  FieldDescription field_;    // in_table always has a value
+  FieldDescription field_;    // the field; its member in_table always has a value
   double sensitivity_ = 1.0;  // approximate sensitivity [unit per field unit]
   bool one_sided_ = false;
   std::vector<SimulatedMistake> mistakes_;

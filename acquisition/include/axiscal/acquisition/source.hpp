@@ -29,7 +29,7 @@ struct SampleBatch {
     const std::size_t width = time_s.empty() ? 0 : values.size() / time_s.size();
     return {values.data() + i * width, width};
   }
-  /// @param sample_time_s  time of the sample, not before that of the last sample [s].
+  /// @param sample_time_s  time of the sample [s]; at least the time of the previous sample.
   /// @param sample         one value for each channel.
   void add(double sample_time_s, std::span<const double> sample);
   /// @param later  a batch of the same channels.
@@ -51,9 +51,10 @@ enum class LinkState {
 /// The report of a source after a read.
 struct SourceReport {
   LinkState state = LinkState::open;
-  std::string message;         ///< the problem and the remedy; empty without a problem
-  std::size_t defects = 0;     ///< number of invalid lines or frames since the last report
-  std::size_t duplicates = 0;  ///< number of repeated samples, left out, since the last report
+  std::string message;      ///< the problem and the remedy; empty without a problem
+  std::size_t defects = 0;  ///< number of invalid lines or frames since the last report
+  /// Number of repeated samples that were left out since the last report.
+  std::size_t duplicates = 0;
   bool clock_stepped = false;  ///< true: the source's clock jumped; sample times were corrected
   std::size_t bytes = 0;       ///< number of received bytes since the last report
   /// The clock time that corresponds to the sample time 0. For live samples it is UTC [s since
@@ -95,8 +96,8 @@ class Source {
   /// Passes the current instruction to a simulated person. Other sources ignore it.
   ///
   /// @param entry   the requested pose; null without a request.
-  /// @param warned  true if the session has just told the person that the cube lies wrong, or that
-  ///                it was not moved.
+  /// @param warned  true if the session has just told the person that the cube has a wrong pose, or
+  ///                that it was not moved.
   virtual void request(const DesignEntry* entry, bool warned);
 
   /// Makes a simulated person turn the instrument in the hand. Other sources ignore it.

@@ -24,8 +24,9 @@ struct StillnessOptions {
 /// Detects in real time whether an instrument is still. It compares the scatter within a sliding
 /// window with the instrument's noise floor.
 ///
-/// The noise floor is StillnessOptions::noise_sd if that is stated. Otherwise it is the scatter of
-/// the quietest window so far, until learn() sets it. The memory is constant at any sample rate.
+/// The noise floor is StillnessOptions::noise_sd if that option is stated. Otherwise it is the
+/// scatter of the quietest window so far, until learn() sets it. The memory use does not depend on
+/// the sample rate.
 class Stillness {
  public:
   /// @param axes     number of axes, m.
@@ -70,7 +71,7 @@ class Stillness {
   ///         floor is not yet reliable, so a first reading should not be taken.
   [[nodiscard]] double floor_age_s() const { return last_s_ - floor_fell_s_; }
 
-  /// The time and the number of samples during which the value of an axis has not changed.
+  /// For how long, and for how many samples, the value of an axis has not changed.
   struct Unchanged {
     double seconds = 0.0;
     std::size_t samples = 0;
@@ -95,7 +96,7 @@ class Stillness {
   std::size_t stride_ = 1;  // every stride_-th sample enters the window, to limit its size
   std::size_t skipped_ = 0;
   std::size_t since_sums_ = 0;
-  Eigen::VectorXd reference_;  // subtracted from values before they are summed
+  Eigen::VectorXd reference_;  // offset that is subtracted from the values before they are summed
   Eigen::VectorXd sum_;
   Eigen::VectorXd sum_of_squares_;
   Eigen::VectorXd sd_;  // scatter within the window, once the window is complete

@@ -25,9 +25,10 @@ void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
     if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
       found.add(
           WarningCode::lack_of_fit, {},
-          formatted("axis {}: the readings deviate from the model by more than repeated readings "
-                    "differ ({}). Possible causes are the cube's faces, its seating or a nonlinear "
-                    "axis. The standard errors include this deviation",
+          formatted("axis {}: the deviation of the readings from the model is larger than the "
+                    "differences between repeated readings ({}). Possible causes are the faces of "
+                    "the cube, its seating or a nonlinear axis. The standard errors include this "
+                    "deviation",
                     axis_name(run, static_cast<Eigen::Index>(k)),
                     std::isfinite(tests[k].f)
                         ? formatted("F = {}, p = {}", number_text(tests[k].f, 3),

@@ -32,8 +32,8 @@ void find_nonlinearity(const JudgedRun& run, Warnings& found) {
   curvature->bends.cwiseAbs().maxCoeff(&most);
   const double bend = curvature->bends(most);
   const std::string text = formatted(
-      "the response is not linear (p = {}): the square of the field adds {} {} to "
-      "axis {} at full field",
+      "the response is not linear (p = {}): at full field, the squared term adds {} "
+      "{} to the readings of axis {}",
       number_text(curvature->p_value, 2), number_text(bend, 2),
       run.calibration.sensor.instrument.unit, axis_name(run, most));
   found.add(

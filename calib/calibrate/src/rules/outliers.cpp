@@ -73,8 +73,8 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
 }
 
 // Returns a warning that names the outliers; nullopt if there are none. Fits by method `paired` are
-// not tested, because their averages have too few degrees of freedom to name a reading. For them,
-// the levelness test finds mistakes in the differences of opposite readings.
+// not tested: they use averages of readings, and these have too few degrees of freedom to identify
+// a wrong reading. The levelness test looks for mistakes in such fits.
 std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {
   std::vector<Outlier> outliers;
   if (!method_kind(calibration.fit.method).averages_pairs) {
@@ -105,7 +105,7 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
       outliers.size() > named
           ? formatted(" (all {} such readings are marked in the record's rows)", outliers.size())
           : "";
-  const char* const them = outliers.size() == 1 ? "it" : "them";
+  const char* const them = outliers.size() == 1 ? "this reading" : "these readings";
   return CalibrationWarning{
       .code = WarningCode::outlier,
       .runs = std::move(runs),

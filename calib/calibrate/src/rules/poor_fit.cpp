@@ -19,7 +19,7 @@ namespace {
 // mistake, not noise.
 constexpr double largest_residual_share = 0.02;
 
-// Returns the run numbers of the readings to which robust regression gave weight 0 for an axis.
+// Returns the run numbers of the readings whose robust weight for axis k is 0.
 std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   std::set<int> runs;
   for (Eigen::Index i = 0; i < statistics_of(run).robust_weight.rows(); ++i) {
@@ -31,7 +31,7 @@ std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   return runs;
 }
 
-// Returns true if the field can be set, but the readings have no column for its level.
+// Returns true if the level of the field can be set, but the readings have no level column.
 bool lacks_level(const JudgedRun& run) {
   const std::vector<FieldDescription>& parts = run.calibration.sensor.field.parts;
   const FieldKind& kind = field_kind(run.calibration.sensor.field.kind);
@@ -63,15 +63,15 @@ std::string other_reasons(const JudgedRun& run) {
   return reasons;
 }
 
-// Tests the differences between the measured and the true magnitude of the field. Readings without
-// labels have no other residuals.
+// Tests the differences between the measured and the true magnitude of the field. If the
+// orientations of the readings are unknown, the fit has no other residuals.
 void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   double error =
       run.calibration.fit.orientations ? run.calibration.fit.orientations->fit_error : 0.0;
   if (run.calibration.fit.robust) {  // readings of robust weight 0 are not counted
     error = statistics_of(run).residual_sd.maxCoeff() / full_response(run, 0);
   }
-  // Above this error, the readings were not taken at rest in one field.
+  // If the error is above this limit, the instrument was moving, or the field was not uniform.
   constexpr double hopeless = 0.1;
   if (error > hopeless) {
     found.add(

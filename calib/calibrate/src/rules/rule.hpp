@@ -20,7 +20,7 @@ namespace axiscal {
 /// Warns if two directions of the field fit equally well.
 [[nodiscard]] WarningRule two_solutions_rule();
 
-/// Warns if the search for the readings that one-sided axes can use did not converge.
+/// Warns if the search for the usable readings of one-sided axes did not converge.
 [[nodiscard]] WarningRule one_sided_unsettled_rule();
 
 /// Warns if the orientations leave a large part of the sphere without readings.
@@ -51,7 +51,7 @@ namespace axiscal {
 /// component with reversed sign.
 [[nodiscard]] WarningRule axes_rule();
 
-/// Warns if the readings deviate from the model by more than repeated readings scatter.
+/// Warns if the readings deviate from the model by more than the scatter of repeated readings.
 [[nodiscard]] WarningRule lack_of_fit_rule();
 
 /// Warns if the response is not linear.
@@ -64,7 +64,7 @@ namespace axiscal {
 /// Warns if method `paired` left out readings that have no opposite reading.
 [[nodiscard]] WarningRule unpaired_rule();
 
-/// Warns if the magnitude of the fields stated with the readings differs from the stated magnitude.
+/// Warns if the fields stated with the readings do not have the stated magnitude.
 [[nodiscard]] WarningRule field_magnitude_rule();
 
 /// Warns if the design is ill-conditioned.

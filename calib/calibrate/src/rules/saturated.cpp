@@ -7,7 +7,8 @@
 namespace axiscal {
 namespace {
 
-// Warns of axes whose readings stop at one value although values beyond it are predicted.
+// Warns of axes whose readings do not go beyond one value although the fit predicts larger values
+// (or, at the lower end, smaller values).
 void find_saturated(const JudgedRun& run, Warnings& found) {
   for (const SaturatedAxis& axis : run.tests.saturated) {
     found.add(

@@ -31,7 +31,7 @@ struct BlockFits {
   // faces determines some elements only through the slope of the table.
   [[nodiscard]] std::vector<std::size_t> blocks_that_determine(Eigen::Index component,
                                                                Eigen::Index axis) const {
-    constexpr double worse = 9.0;  // largest variance, in units of the smallest one of all blocks
+    constexpr double worse = 9.0;  // limit of a block's variance / smallest variance
     double least = unit_variance.front()(component, axis);
     for (const Eigen::MatrixXd& own : unit_variance) {
       least = std::min(least, own(component, axis));
@@ -220,7 +220,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   }
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(3, m);
   Eigen::MatrixXd mean_square = Eigen::MatrixXd::Zero(3, m);
-  std::vector<EntryMean> entries;  // in the order of the axes; three components for each axis
+  std::vector<EntryMean> entries;  // mean of each element of S; three for each axis
   double fewest_blocks = static_cast<double>(fits.S.size());
   for (Eigen::Index k = 0; k < m; ++k) {
     for (Eigen::Index l = 0; l < 3; ++l) {

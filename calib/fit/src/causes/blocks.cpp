@@ -62,8 +62,8 @@ struct BlockSquare {
   double degrees_of_freedom = 0.0;
 };
 
-// Pools the mean square of this run with that of earlier calibrations, unless this run's is
-// significantly larger.
+// Pools the mean square of this run with that of earlier calibrations, unless the mean square of
+// this run is significantly larger.
 BlockSquare pooled(const BlockSquare& own, const BlockSquare& earlier) {
   constexpr double too_large = 0.95;
   if (!(own.degrees_of_freedom > 0.0)) {

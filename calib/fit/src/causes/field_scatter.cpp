@@ -192,8 +192,8 @@ class Sandwiches {
   std::vector<AxisRows> axes_;
 };
 
-// The residuals of each reading, projected on the direction in which a change of the field's
-// magnitude moves them.
+// The residuals of each reading, projected on the direction in which the reading moves if the
+// field's magnitude changes.
 struct AlongField {
   Eigen::VectorXd size;         // n: norm of the response to the field, in units of the noise
   Eigen::MatrixXd directions;   // n x m: the unit vector of this direction for each reading

@@ -123,7 +123,7 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
       widen_by(of_layings(run.fitted.set(), estimate), "layings", run.fitted, estimate)) {
     estimate.notes.push_back({NoteCode::correlation,
                               "consecutive readings of a pose share an error. The intervals "
-                              "therefore count them as one reading"});
+                              "therefore count these readings as one"});
   }
   if (widen_by(of_poses(statistics), "poses", run.fitted, estimate)) {
     estimate.notes.push_back({NoteCode::seats,

@@ -196,7 +196,8 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
   if (set.temperature.order > 0 || set.robust) {
     return;
   }
-  // The noise affects which step is detected, but not whether the readings have a step.
+  // The noise is not needed here: it affects which step is detected, but not whether a step is
+  // found.
   bool has_steps = false;
   for (Eigen::Index k = 0; k < set.axis_count() && !has_steps; ++k) {
     has_steps = detect_rounding_step(set.readings_of_axis(k), stated_step).has_value();
@@ -226,8 +227,9 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
     if (!(poses.scatter < wide * step) || step <= 4.0 * set.rounding(k)) {
       continue;
     }
-    // The columns include those of the field's direction if it is fitted, because this makes the
-    // coefficients less certain. In a transfer (fewer than three field directions) it is known.
+    // If the field's direction is fitted, the design has columns for the direction, because fitting
+    // the direction makes the coefficients less certain. In a transfer (fewer than three field
+    // directions), the direction is known.
     const bool is_transfer = set.seen.cols() > 0;
     if (!is_transfer && !run) {
       run.emplace(of, estimate);

@@ -12,12 +12,12 @@ namespace {
 constexpr std::array stuck_advice = {
     MistakeAdvice{.code = WarningCode::stuck, .one = "Take the reading again."}};
 
-// Number that is added to the log-likelihood, because no other mistake makes all digits of two
-// readings equal.
+// Number that is added to the log-likelihood of a stuck output, because no other mistake makes all
+// digits of two readings equal.
 constexpr double sure = 200.0;
 constexpr std::size_t most_repeats = 3;
 
-// Adds an explanation for each reading in another pose whose values equal those of reading i in all
+// Adds an explanation for each reading that was taken in another pose but equals reading i in all
 // digits. The output of the instrument was then probably stuck.
 void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found) {
   const auto row = static_cast<Eigen::Index>(i);

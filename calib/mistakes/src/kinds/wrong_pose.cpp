@@ -15,8 +15,8 @@ namespace {
 constexpr std::array wrong_pose_advice = {MistakeAdvice{
     .code = WarningCode::wrong_pose, .one = "Check the face, or take the reading again."}};
 
-// The factor by which a design point is less likely if the block already has a reading at it, or if
-// the block has no reading on the same rest face with the opposite fence face.
+// A design point is less likely by this factor if the block already contains it, or if the block
+// does not contain the point with the same rest face and the opposite fence face.
 constexpr double repeated_point = 5.0;
 
 // Returns the words for a wrong pose, for example "rest -Y instead of +Y (upside down)".
@@ -88,9 +88,9 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
                                                reading.point == point.turned_round();
                                       }));
     // On a level table the readings depend little on the fence face, so they hardly distinguish
-    // design points with the same rest face. A usual block contains each design point once,
-    // together with the point that has the opposite fence face. Other points are therefore less
-    // likely.
+    // design points with the same rest face. A usual block contains each design point once, and
+    // also contains the point with the opposite fence face. Points that would break this pattern
+    // are therefore less likely.
     const double alternatives =
         !run.set().has_fence ? 5.0 : (is_odd ? 23.0 * repeated_point : 23.0);
     found.add(run.fitter().fit(set), {}, alternatives * static_cast<double>(run.n()),

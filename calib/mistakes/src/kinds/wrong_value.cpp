@@ -44,8 +44,8 @@ void try_value(const SuspectRun& run,
     return;
   }
   const auto row = static_cast<Eigen::Index>(i);
-  // A value is fitted only if its distance from the prediction by the other readings is at most
-  // half the distance of the stated value.
+  // A value is fitted only if it is at most half as far from the prediction by the other readings
+  // as the stated value is.
   const ReadingSet one = one_reading(run.set(), i);
   const Eigen::VectorXd stated = run.set().response.row(row);
   if (distance_squared(run, one, without, value) >

@@ -15,8 +15,8 @@
 
 namespace axiscal {
 
-/// Reads comma-separated text row by row in constant memory. The source may be a pipe, or a file
-/// that is larger than the memory.
+/// Reads comma-separated text row by row. The memory use does not depend on the length of the text.
+/// The source may be a pipe, or a file that is larger than the memory.
 ///
 /// The format is RFC 4180 with a header row, in UTF-8 with or without byte order mark, with LF or
 /// CRLF. Empty lines and lines that start with `#` are skipped. Blanks around a cell are removed.

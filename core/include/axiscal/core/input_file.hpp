@@ -52,7 +52,7 @@ class AXISCAL_EXPORT InputFile {
 /// @throws DataError  if the file cannot be read, or is larger than largest_whole_file.
 [[nodiscard]] AXISCAL_EXPORT std::string read_whole_file(const std::string& path);
 
-/// Reads a text file line by line, in constant memory.
+/// Reads a text file line by line. The memory use does not depend on the size of the file.
 ///
 /// @param path     the file's path.
 /// @param take     receives each line without its line end. `is_whole` is false if the line end is

@@ -26,8 +26,8 @@ class AXISCAL_EXPORT InputProtection {
   InputProtection& operator=(const InputProtection&) = delete;
 };
 
-/// Remembers an open file as an input, as InputFile does. Use it for files that are opened in
-/// another way.
+/// Remembers an open file as an input, as InputFile does. Call this function for files that are
+/// opened without InputFile.
 /// @param descriptor  an open file. It is ignored if it is not a regular file.
 AXISCAL_EXPORT void protect_input(int descriptor);
 AXISCAL_EXPORT void protect_input(const struct stat& status);
@@ -37,7 +37,8 @@ AXISCAL_EXPORT void protect_input(const struct stat& status);
 /// @throws InputOverwriteError  if this program has read or written the file.
 AXISCAL_EXPORT void forbid_replacing_input(const std::string& path);
 
-/// Checks the same for an open file that is written in place, such as standard output.
+/// Checks that an open file that is written in place, such as standard output, is not a remembered
+/// file.
 /// @param descriptor  the open file.
 /// @param name        the file's name in the message.
 AXISCAL_EXPORT void forbid_replacing_input(int descriptor, const std::string& name);

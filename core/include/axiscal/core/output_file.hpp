@@ -44,7 +44,7 @@ class AXISCAL_EXPORT OutputFile {
   /// @throws OutputError  if the target is not a regular file, for example a pipe.
   void rewrite_start(std::string_view text);
 
-  /// Moves the file to its target. Do not write to it afterwards.
+  /// Moves the file to the target path. Do not call write() afterwards.
   /// @throws OutputError          for the same reasons as write().
   /// @throws InputOverwriteError  if forbid_replacing_input() throws it.
   void commit();
@@ -68,7 +68,7 @@ class AXISCAL_EXPORT OutputFile {
 
 /// Writes a file completely or not at all. If the process that reads standard output has closed the
 /// pipe, the function does not throw, so that the exit status does not change.
-/// @throws OutputError, InputOverwriteError  as OutputFile.
+/// @throws OutputError, InputOverwriteError  for the same reasons as OutputFile.
 AXISCAL_EXPORT void write_whole_file(const std::string& path, std::string_view content);
 
 /// Removes the temporary files of unfinished OutputFiles; may be called from a signal handler.

@@ -45,7 +45,7 @@ AXISCAL_EXPORT void for_each_in_parallel(std::size_t count,
                                          std::size_t threads = 0);
 
 /// Computes the pieces of a stream in parallel and delivers them in order. Only a few pieces are in
-/// progress at a time, so the memory stays bounded.
+/// progress at a time, so the memory use is limited.
 ///
 /// @param next     returns the work for the next piece, or nullopt at the end. It is called in
 ///                 order by the caller's thread.

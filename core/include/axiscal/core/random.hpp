@@ -29,8 +29,8 @@ class AXISCAL_EXPORT RandomStream {
   explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0)
       : seed_(seed), stream_(stream) {}
 
-  /// Seeds three streams in half of the time that seeding them separately takes. Call it before the
-  /// first number is drawn.
+  /// Seeds three streams in half of the time that seeding them separately takes. Call this function
+  /// before the first number is drawn.
   static void seed_several(const std::array<RandomStream*, 3>& streams);
 
   /// @return a uniformly distributed number in (0, 1), never 0 or 1.

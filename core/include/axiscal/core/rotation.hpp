@@ -20,7 +20,7 @@ namespace axiscal {
 /// @return the rotation by this angle about this axis.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_by(const Eigen::Vector3d& rotation_rad);
 
-/// Finds the rotation R that is nearest to a matrix M: it minimizes the Frobenius norm |R - M|. If
+/// Finds the rotation R that is nearest to a matrix M: R minimizes the Frobenius norm |R - M|. If
 /// M = sum a_i b_i^T, R also minimizes sum |a_i - R b_i|^2 (Procrustes).
 ///
 /// @param M  any matrix of rank 2 or more.

@@ -16,8 +16,8 @@ namespace axiscal {
 ///         Without an offset the time is UTC. Date and time may be separated by a blank.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_timestamp(std::string_view text);
 
-/// How to read an ambiguous date such as 10/9/2011: the month is first in America, the day
-/// elsewhere.
+/// How to read an ambiguous date such as 10/9/2011. In America the month is first; elsewhere the
+/// day is first.
 enum class UnclearDays {
   month_first,  ///< 10/9/2011 is 9 October, the form of American instruments
   refused,
@@ -50,8 +50,8 @@ enum class UnclearDays {
 [[nodiscard]] AXISCAL_EXPORT std::string output_timestamp();
 
 /// @param time_s  seconds since 1970-01-01 UTC, or since the start of a recording.
-/// @return true if the time is taken as seconds since 1970, because it is then in the year 2000 or
-///         later.
+/// @return true if the time, read as seconds since 1970, is in the year 2000 or later. The time is
+///         then assumed to be UTC.
 [[nodiscard]] AXISCAL_EXPORT bool is_utc(double time_s);
 
 /// @return the decimal year of a time: 2026.5 is in the middle of 2026.

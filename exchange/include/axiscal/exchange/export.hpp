@@ -48,16 +48,16 @@ struct ExportOptions {
   /// Prefix of the names in a header. If it is empty, kind and slot form the prefix, for example
   /// "axiscal_accelerometer_L".
   std::string name;
-  /// Zero-based number of the sensor: 1 writes CAL_ACC1 (PX4) or INS_ACC2 (ArduPilot). 0 uses the
-  /// number in the record.
+  /// Zero-based number of the sensor; for example, 1 writes CAL_ACC1 (PX4) or INS_ACC2 (ArduPilot).
+  /// If it is 0, the number in the record is used.
   int instance = 0;
   std::string digest;             ///< SHA-256 of the record, for the format `label`; may be empty
   CertificateDetails laboratory;  ///< details of the certificate in the format `dcc`
 };
 
-/// The error of the field that the other software computes, caused by terms that the format lacks.
-/// The error is evaluated for all directions of a field of the record's magnitude and for the
-/// calibrated temperatures.
+/// The error of the field that other software computes because the format cannot store some terms
+/// of the calibration. The error is evaluated for all directions of a field of the record's
+/// magnitude and for the calibrated temperatures.
 struct ExportLoss {
   std::vector<std::string> what;  ///< names of the missing terms, for example "cross-axis terms"
   double worst = 0.0;             ///< largest magnitude of the error of the field

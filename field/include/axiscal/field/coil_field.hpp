@@ -47,7 +47,7 @@ class AXISCAL_EXPORT CoilField final : public ReferenceField {
   /// The magnitude of the coil's field may be unknown if a known field is added to it.
   CoilField() = default;
 
-  /// @throws DomainError  as coil_field_in_table_T().
+  /// @throws DomainError  for the same reasons as coil_field_in_table_T().
   explicit CoilField(const Coil& coil, std::string unit = "");
 
   /// @return the coil's field, or zero if the coil is unknown. The unit is unit(), or nT if unit()

@@ -18,18 +18,18 @@ struct AXISCAL_EXPORT FieldStart {
   /// True if the heading of the field in the table's frame is known. The heading is unknown if the
   /// field's direction at the site is known but the fence's azimuth is not.
   bool has_heading = true;
-  /// A vector in the table's frame, of any length, that selects the sign of the fitted field f.
-  /// (The sensitivities S with f fit the readings as well as -S with -f.) The fit takes the sign
-  /// for which f and this vector have a positive scalar product. If this vector is zero, the
-  /// expected sign of S decides.
+  /// A vector in the table's frame, of any length, that selects the sign of the fitted field f. The
+  /// readings do not determine this sign: a field -f with the sensitivities -S fits them as well as
+  /// f with S. The fit uses the sign for which f and this vector have a positive scalar product. If
+  /// this vector is zero, the expected sign of S decides.
   Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();
   /// Unit vectors towards the lamps, frame table; empty if no lamps are stated. An axis that is
   /// sensitive on one side responds to the sum of the lamps only if all lamps are on that side.
   std::vector<Eigen::Vector3d> lamps;
 };
 
-/// A reference field, or one part of a sum, in the table's frame. In an experiment it is the stated
-/// field, in a record the fitted one.
+/// A reference field, or one part of a sum, in the table's frame. An experiment contains the field
+/// that the user stated; a record contains the field that was fitted.
 struct AXISCAL_EXPORT FieldDescription {
   /// "gravity", "geomagnetic", ..., or a user's own kind; the kinds of a sum are joined by "+".
   std::string kind;

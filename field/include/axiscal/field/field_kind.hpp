@@ -17,7 +17,7 @@ namespace axiscal {
 struct FieldKind {
   std::string_view name;
   std::span<const std::string_view> units;  ///< allowed units, the default first; empty: any unit
-  bool local = false;         ///< true if the field exists at a site and no one can set it
+  bool local = false;         ///< true if the field exists at a site and cannot be set
   bool vertical = false;      ///< true if the field points up; a fit then finds the table's slope
   bool along_normal = false;  ///< true if the field is parallel to the normal of a level table
   bool rotation = false;      ///< true if the field is an angular rate
@@ -29,7 +29,7 @@ struct FieldKind {
   /// JSON members that a field of this kind may have in addition to the members that every field
   /// may have, e.g. "model".
   std::span<const std::string_view> members;
-  /// Creates a field of this kind without inputs; null if a file cannot state this kind.
+  /// Function that creates a default field of this kind; null if files cannot state this kind.
   std::shared_ptr<ReferenceField> (*make)() = nullptr;
 };
 
@@ -43,8 +43,8 @@ template <typename Field>
 [[nodiscard]] AXISCAL_EXPORT std::span<const FieldKind> field_kinds();
 
 /// Adds a kind of the user's own, so that files and options can state it. The strings of `kind`
-/// must exist until the program ends. Call it before any field is read and while no other thread
-/// reads fields.
+/// must exist until the program ends. Call this function before any field is read and while no
+/// other thread reads fields.
 /// @throws DomainError  if the name is empty or already exists.
 AXISCAL_EXPORT void add_field_kind(const FieldKind& kind);
 

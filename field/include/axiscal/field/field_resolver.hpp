@@ -58,10 +58,12 @@ class AXISCAL_EXPORT FieldResolver {
 
   void set_magnitude(double magnitude);
 
-  /// Sets the magnitude to given_magnitude(). If this is nullopt, marks the magnitude as unknown if
-  /// may_be_open() is true, and sets it to largest_field_length() if may_be_open() is false.
+  /// Sets the magnitude to given_magnitude(). If given_magnitude() is nullopt and may_be_open() is
+  /// true, marks the magnitude as unknown. If given_magnitude() is nullopt and may_be_open() is
+  /// false, sets the magnitude to largest_field_length().
   /// @param otherwise  text of the error message after "field KIND".
-  /// @param settings   settings, besides the field's magnitude, that would avoid the error.
+  /// @param settings   further settings, besides the field's magnitude, by which users can avoid
+  ///                   the error.
   /// @throws SetupError  if none of these magnitudes is known.
   void set_given_magnitude(const std::string& otherwise, std::vector<Setting> settings);
 
@@ -85,8 +87,8 @@ class AXISCAL_EXPORT FieldResolver {
   /// Sets the uncertainty of the magnitude to the stated one; if none is stated, to `magnitude_u`.
   void set_model_u(double magnitude_u);
 
-  /// Sets the field's vector in the table's frame. The vector gets the length of the part's
-  /// magnitude.
+  /// Sets the field's vector in the table's frame. The vector is scaled to the magnitude of the
+  /// part.
   /// @param value    a vector with the field's direction, any length, frame enu. If `induced` is
   ///                 true, the frame is the table's.
   /// @param induced  true if the field's source is mounted on the table, so that the field in the

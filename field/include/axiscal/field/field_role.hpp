@@ -8,8 +8,8 @@
 
 namespace axiscal {
 
-/// The role of a part of the field: the experimenter sets it (induced), or it exists at the site
-/// (local).
+/// States whether the experimenter sets a part of the field (induced), or the part exists at the
+/// site (local).
 enum class FieldRole {
   local,    ///< the field exists at the site and is constant
   induced,  ///< the experimenter sets the field; each reading's level multiplies it

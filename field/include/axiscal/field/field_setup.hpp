@@ -76,8 +76,8 @@ struct AXISCAL_EXPORT FieldSetup {
 };
 
 /// @param kind     name of the kind. If it is empty, the result is null.
-/// @param members  names and values of further members that the kind has in files, e.g. {"model",
-///                 "igrf14"}.
+/// @param members  names and values of the JSON members that this kind has in addition to those
+///                 of every field, e.g. {"model", "igrf14"}.
 /// @return a field of that kind.
 /// @throws SetupError  if the kind or a member is unknown; the message lists the kinds.
 [[nodiscard]] AXISCAL_EXPORT std::shared_ptr<const ReferenceField> make_field(
@@ -101,7 +101,7 @@ AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& u
 struct FieldOccasion {
   std::optional<double> time_s;   ///< time of the readings [s since 1970-01-01 UTC]; if nullopt,
                                   ///< the table's date is used
-  std::string reading_unit;       ///< unit of the readings; the field gets it if no number of the
+  std::string reading_unit;       ///< unit of the readings, used for the field if no number of the
                                   ///< field is stated
   std::optional<double> largest;  ///< largest magnitude of the fields stated with the readings
                                   ///< [unit], used if no magnitude is stated or computable

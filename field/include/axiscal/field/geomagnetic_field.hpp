@@ -26,11 +26,11 @@ struct AXISCAL_EXPORT GeomagneticUncertainty {
 
 /// A spherical harmonic model of the geomagnetic field.
 ///
-/// `wmm2025` is built in. Its coefficients are arrays in the library; GeographicLib's
-/// SphericalHarmonic1 sums them, because it accepts arrays while MagneticModel accepts only files.
-/// So no file is read, written or downloaded. Any other name is a model that the user has installed
-/// for GeographicLib (`igrf14`, `emm2017`, ...); GeographicLib finds it by its own search path and
-/// environment variables. If a model has a degree above 12, create it before another thread
+/// `wmm2025` is built in: its coefficients are arrays in the library, so no file is read, written
+/// or downloaded. GeographicLib's SphericalHarmonic1 computes the field from these arrays, because
+/// MagneticModel accepts only files. Any other name is a model that the user has installed for
+/// GeographicLib (`igrf14`, `emm2017`, ...). GeographicLib finds the model by its own search path
+/// and environment variables. If a model has a degree above 12, create it before another thread
 /// evaluates any model, because its creation extends a table that all models share.
 class AXISCAL_EXPORT GeomagneticModel {
  public:

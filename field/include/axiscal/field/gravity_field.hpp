@@ -35,7 +35,7 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
   /// Gravity in units of local gravity: magnitude 1, unit `g`. No site is needed.
   GravityField() = default;
 
-  /// Gravity at a site by a model, in m/s^2.
+  /// Gravity at a site [m/s^2], computed by a model.
   ///
   /// WGS 84 normal gravity does not include local anomalies. The standard deviation of its error is
   /// a few 1e-4 m/s^2; errors above 1e-3 m/s^2 are rare. Only the length of the model's vector is

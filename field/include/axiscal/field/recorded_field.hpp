@@ -19,10 +19,10 @@ namespace axiscal {
 class AXISCAL_EXPORT RecordedField final : public ReferenceField {
  public:
   /// @param of         the field that was recorded; its kind, unit and role are used.
-  /// @param times_s    two or more ascending times, by the clock that timed the readings.
+  /// @param times_s    two or more ascending times [s], by the same clock as the readings' times.
   /// @param in_table   3 x n [unit of the field], frame table; no vector is zero.
-  /// @param path       path of the file that contains the record; it is written to the experiment's
-  ///                   file. May be empty.
+  /// @param path       path of the file that contains the record, or empty. The path is written to
+  ///                   the experiment's file.
   /// @throws DomainError  if `times_s` or `in_table` does not satisfy these conditions.
   RecordedField(std::shared_ptr<const ReferenceField> of,
                 std::vector<double> times_s,

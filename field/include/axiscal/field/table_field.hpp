@@ -118,9 +118,9 @@ class AXISCAL_EXPORT TableField {
   /// @return the derivative of mean() with respect to one of the vectors, 3 x 3.
   [[nodiscard]] Eigen::Matrix3d change_of_mean(std::size_t which) const;
 
-  /// @return for each vector, the directions in which a fit changes it, as columns. They are two
-  ///         unit vectors perpendicular to the vector, or the three axes if its magnitude is
-  ///         unknown.
+  /// @return for each vector, the directions in which a fit changes it, as columns. The directions
+  ///         are two unit vectors perpendicular to the vector, or the three axes if the magnitude
+  ///         of the vector is unknown.
   [[nodiscard]] std::vector<Tangents> tangents() const;
 
   /// @return the change of a vector for a step of 1 along a tangent [unit of the field]. It is the
@@ -129,7 +129,7 @@ class AXISCAL_EXPORT TableField {
   [[nodiscard]] double step_unit(std::size_t which) const;
 
   /// @return the field after a step of a fit. A vector of known magnitude is rotated by two angles
-  ///         [rad]. To a vector of unknown magnitude, the step times step_unit() is added.
+  ///         [rad]. A vector of unknown magnitude is changed by the step times step_unit().
   /// @param tangents  the result of tangents().
   /// @param step      one entry for each column of `tangents`, in the same order.
   [[nodiscard]] TableField moved(const std::vector<Tangents>& tangents,

@@ -54,7 +54,8 @@ struct AXISCAL_EXPORT Instrument {
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }
 };
 
-/// Each of these functions returns an instrument of the kind in its name, with the axes x, y, z.
+/// Each function of this group returns an instrument with the axes x, y, z. The function name
+/// states the kind of instrument.
 /// @param unit  unit of the readings, any text.
 [[nodiscard]] AXISCAL_EXPORT Instrument accelerometer(const std::string& unit);
 [[nodiscard]] AXISCAL_EXPORT Instrument inclinometer(const std::string& unit);
@@ -97,7 +98,8 @@ struct LinearResponse {
   }
 };
 
-/// @return nominal_axis(), or if it is nullopt, the component to which the axis is most sensitive.
+/// @return the result of nominal_axis(). If that is nullopt, the component to which the axis is
+///         most sensitive.
 [[nodiscard]] AXISCAL_EXPORT int main_axis(const Instrument& instrument,
                                            const LinearResponse& response,
                                            Eigen::Index axis);

@@ -50,7 +50,7 @@ struct CalibratedInstrument {
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< covariance of in_table [field unit^2]
 };
 
-/// A quantity that is usual for a kind of instrument, with one or more values.
+/// A quantity that users of a kind of instrument expect, with one or more values.
 struct KindQuantity {
   std::string name;            ///< name of the quantity, e.g. "hard_iron" or "responsivity"
   std::string of;              ///< the axis or component to which it belongs; may be empty
@@ -62,7 +62,7 @@ struct KindQuantity {
 /// The type of sensor in vehicles and phones that corresponds to an instrument.
 enum class VehicleSensor { none, accelerometer, gyroscope, magnetometer };
 
-/// Rules that find, by their names, the columns of a log that contain an instrument's readings.
+/// Patterns of column names by which the readings of an instrument are found in a log.
 struct ColumnNames {
   std::string_view letters;  ///< possible first letters of short names; "gw" finds "gx" and "wx"
   std::string_view word;     ///< text that longer names contain; "gyr" finds "gyro_x"

@@ -18,8 +18,8 @@ struct PolarForm {
 
 /// Computes sensitivity, coning angle and azimuth of one axis from its row of S.
 ///
-/// T is the row of S in forward-right-down axes. k is the nominal axis, followed by k+1 and k+2 in
-/// the cycle x, y, z, x.
+/// T is the row of S in forward-right-down axes. k is the index of the nominal axis; k+1 and k+2
+/// are the next two axes in the cyclic order x, y, z.
 ///
 ///     s = sign(T_k) |T|
 ///     Omega = atan2(hypot(T_k+1, T_k+2), |T_k|)

@@ -18,9 +18,9 @@ struct AllanPoint {
   /// Equivalent degrees of freedom of the Allan variance. They depend on the kind of noise, which
   /// is inferred from the slope of the curve at this point.
   double degrees_of_freedom = 0.0;
-  /// Lower bound of the degrees of freedom; 0 if not known. At long tau, the bound does not exceed
-  /// the degrees of freedom of a random walk, because a random walk may by chance have the slope of
-  /// white noise, which has more degrees of freedom.
+  /// Lower bound of the degrees of freedom; 0 if not known. At long tau, the bound is at most the
+  /// number of degrees of freedom for a random walk. The reason is that a random walk may by chance
+  /// have the slope of white noise, which has more degrees of freedom.
   double fewest_degrees_of_freedom = 0.0;
   /// Ends of the 68.3 % confidence interval of the deviation, from the chi^2 distribution.
   double low = 0.0;

@@ -20,13 +20,13 @@ struct RecordedLog {
   std::vector<std::string> notes;  ///< notes from reading the log; copied to the calibrations
 };
 
-/// How the seat of the cube at each rest of a log is known. The seat is the pair of faces that lie
-/// on the table and at the fence.
+/// States how the seats of the cube at the rests of a log are known. A seat is the pair of faces
+/// that lie on the table and at the fence.
 enum class Seats {
   unknown,     ///< the seats are not known: the instrument is a bare board, turned by hand
   sheet,       ///< the cube was placed in the order of a run sheet
-  recognised,  ///< from the sensors: the accelerometer shows the rest faces, and the gyroscope or
-               ///< the magnetometer shows the fence faces
+  recognised,  ///< from the sensors: the accelerometer shows the face on the table; the gyroscope
+               ///< or the magnetometer shows the face at the fence
 };
 
 /// The options for calibrating an IMU's log.
@@ -82,10 +82,10 @@ struct ImuCalibration {
   [[nodiscard]] std::vector<Calibration> records() const;
 };
 
-/// Recognises how a cube lay at each rest. The accelerometer shows the rest faces. The fence faces
-/// follow from the gyroscope, integrated from rest to rest, or from the magnetometer if there is no
-/// gyroscope. Without either sensor, the fence faces are assumed in the order of the standard
-/// design.
+/// Recognises how a cube lay at each rest. The accelerometer shows the face on the table. The face
+/// at the fence follows from the gyroscope, whose readings are integrated from rest to rest, or
+/// from the magnetometer if there is no gyroscope. Without either sensor, the fence faces are
+/// assumed to follow the order of the standard design.
 /// @param notes  receives a note that states how the fence faces were found.
 /// @throws RefusedError  if resting_faces() or fit_turns() throws it, or if samples of a turn are
 ///                       missing and there is no magnetometer.

@@ -27,8 +27,8 @@ struct LongestRest {
 /// A window is at rest if its variance in every column is at most a factor times the column's
 /// variance at rest. The variance at rest is the 10 % quantile of the windows' variances, or the
 /// 2 % quantile if less than a tenth of the log is at rest. The factor is between 8 and 40. It is
-/// larger for a column whose variances differ more. At an end next to a window in motion, the part
-/// is shortened by one window, because a hand may already have touched the instrument there.
+/// larger for a column whose variances differ more. At each end that borders on motion, the part is
+/// shortened by one window, because a hand may already have touched the instrument there.
 ///
 /// A log of a walk or a ride contains no window at rest. LongestRest::moves is true in two cases:
 /// - The means of neighbouring windows differ by more than is usual at rest (0.05 m/s^2 or

@@ -49,8 +49,8 @@ struct NoiseModel {
   double from_tau_s = 0.0;  ///< shortest tau that is fitted; a filter may shape the curve below it
   /// Assumed relative error of the modelled deviations; 0 if the kinds of noise describe the curve.
   double model_error = 0.0;
-  /// True if N was taken from a part of the curve with the slope of white noise, because the fit of
-  /// all kinds of noise gave a much smaller N.
+  /// True if the coefficient N of white noise was taken from a part of the curve that has the slope
+  /// of white noise, because the fit of all kinds of noise gave a much smaller N.
   bool white_by_stretch = false;
 
   [[nodiscard]] double coefficient(NoiseKind kind) const;

@@ -27,8 +27,8 @@ struct SheetNoise {
 ///         only an upper bound is known; "-" if no bound is known.
 [[nodiscard]] std::string sheet_text(const SheetNoise& noise);
 
-/// @return the noise of a log as a table in plain text, with 80 characters a line. Each row
-///         contains N, B and K of one column with their 95 % intervals.
+/// @return the noise of a log as a plain-text table, at most 80 characters wide. Each row contains
+///         the noise coefficients N, B and K of one column, with their 95 % intervals.
 [[nodiscard]] std::string noise_summary(const LogNoise& noise);
 
 }  // namespace axiscal

@@ -20,8 +20,8 @@ struct SampleRests {
   bool one_each_block = false;
 };
 
-/// Looks for rests among readings that may be raw samples, which are many readings in each
-/// orientation instead of one mean. The rests are found by segment(). No rest spans two blocks.
+/// Finds the rests in readings that may be raw samples. Raw samples are many readings in each
+/// orientation, instead of one mean. The rests are found by segment(). No rest spans two blocks.
 ///
 /// @param samples  readings without poses, in the order in which they were taken.
 /// @return nullopt if the readings are not raw samples. This is so if there are fewer than 30

@@ -69,13 +69,13 @@ void assume_level_table(double magnitude,
 [[nodiscard]] std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
                                                     const std::vector<RunSheetRow>& sheet);
 
-/// Labels the rests of an instrument of unknown kind by a run sheet. If there is a constant field
-/// in which the rests fit the poses of the sheet in order (misfit_of_order()), rest i gets the
-/// label of row i. Otherwise the rests are labelled by the faces that an accelerometer shows, and
-/// each rest that differs from the sheet gets a message.
+/// Labels the rests of an instrument of unknown kind by a run sheet. If the rests fit the poses of
+/// the sheet in order, for some constant field (see misfit_of_order()), rest i gets the label of
+/// row i. Otherwise, if the columns behave like an accelerometer, the rests are labelled by the
+/// faces that it shows, and each rest that differs from the sheet gets a message.
 ///
 /// @param means             means of m columns at the rests, n x m.
-/// @param is_accelerometer  true if the three columns are known to be an accelerometer's.
+/// @param is_accelerometer  true if the columns are known to be the axes of an accelerometer.
 /// @throws RefusedError  if the numbers of rests and rows differ and the assignment is ambiguous.
 [[nodiscard]] SeatLabels label_by_plan(const Eigen::MatrixXd& means,
                                        const std::vector<RunSheetRow>& sheet,
@@ -86,8 +86,8 @@ void assume_level_table(double magnitude,
 /// @param faces  the rest faces that resting_faces() found.
 /// @param turns  n - 1 rotations from the sensor's frame at rest i + 1 to its frame at rest i, for
 ///               example from an integrated gyroscope.
-/// @param first  label of the first rest. If it is nullopt, any label with the right rest face is
-///               used, because the coefficients do not depend on the heading of the table.
+/// @param first  label of the first rest. If it is nullopt, any label with the correct face on the
+///               table is used, because the coefficients do not depend on the heading of the table.
 /// @return labels. A rest gets a message instead of a label if its attitude is more than 30 degrees
 ///         from that of every design point.
 [[nodiscard]] SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,

@@ -17,7 +17,7 @@ namespace axiscal {
 
 /// The options for cutting a log into rests.
 struct SegmentOptions {
-  std::vector<std::string> columns;  ///< names of the columns in whose variance motion is detected
+  std::vector<std::string> columns;  ///< names of the columns whose variance shows motion
   /// Columns whose means distinguish attitudes, usually those of an accelerometer; if empty,
   /// `columns` are used.
   std::vector<std::string> attitude;
@@ -25,7 +25,7 @@ struct SegmentOptions {
   std::optional<double> rate_hz;  ///< samples per second; used instead of a column of times
   double window_s = 0.5;          ///< length of the window in which the variance is computed [s]
   double shortest_s = 1.0;        ///< shortest duration of a rest after trimming [s]
-  double trim_s = 0.1;            ///< time removed at each end of a rest, besides half a window [s]
+  double trim_s = 0.1;            ///< time removed at each end of a rest, plus half a window [s]
   /// A sample is at rest if its joined variance (see StaticDetector) is below this threshold, which
   /// is in the square of the readings' unit. If it is nullopt, the threshold is chosen
   /// automatically.

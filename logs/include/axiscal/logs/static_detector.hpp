@@ -29,7 +29,8 @@ struct StaticInterval {
   /// Change of each column over the interval, according to a straight line fitted by least squares
   /// [unit of the column].
   Eigen::VectorXd drift;
-  /// Largest joined variance (see StaticDetector) in the interval, divided by the mean one.
+  /// Largest joined variance (see StaticDetector) in the interval, divided by the mean joined
+  /// variance of the interval.
   double loudest = 1.0;
   double motion = 0.0;  ///< mean joined variance in the interval [square of the samples' unit]
 
@@ -45,7 +46,7 @@ struct IntervalSet {
 };
 
 struct DetectorOptions {
-  std::vector<std::size_t> detection;  ///< columns in whose variance motion is detected
+  std::vector<std::size_t> detection;  ///< indices of the columns whose variance shows motion
   std::size_t window = 101;            ///< length of the window for the variances [samples]; odd
   std::size_t trim = 10;               ///< number of samples removed at each end of an interval
   std::size_t shortest = 100;          ///< smallest number of samples of a trimmed interval
@@ -53,12 +54,13 @@ struct DetectorOptions {
   std::optional<double> threshold;
 };
 
-/// Finds static intervals in a stream of samples, in constant memory, for many thresholds at once.
+/// Finds the intervals at rest in a stream of samples, for many thresholds at once. The memory used
+/// does not depend on the number of samples.
 ///
-/// The joined variance of a sample combines the variances of the columns in a window about the
-/// sample. It is the root of the sum of their squares (Tedaldi et al. 2014). The thresholds are
-/// powers of sqrt(2) from the smallest joined variance in the log to the largest. The variances and
-/// the sums of the samples are computed once for all thresholds.
+/// The joined variance of a sample is computed from the variances of the columns in a window about
+/// the sample. It is the square root of the sum of the squared variances (Tedaldi et al. 2014). The
+/// thresholds are powers of sqrt(2) from the smallest joined variance in the log to the largest.
+/// The variances and the sums of the samples are computed once for all thresholds.
 ///
 /// @par Source
 /// D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014; T. F. Chan, G. H. Golub, R. J. LeVeque, The

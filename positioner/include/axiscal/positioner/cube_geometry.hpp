@@ -21,7 +21,7 @@ struct FaceAngle {
 /// The deviation of a cube from the nominal cube. It does not depend on how the axes of the
 /// positioner's frame are chosen.
 struct CubeGeometry {
-  std::vector<FaceAngle> angles;  ///< one for each of the 15 pairs of faces
+  std::vector<FaceAngle> angles;  ///< one element for each of the 15 pairs of faces
   /// Distance of each face's contact plane from the cube's centre [m]; nullopt if the feet of the
   /// face are unknown.
   std::array<std::optional<double>, all_faces.size()> offset_m;
@@ -29,7 +29,8 @@ struct CubeGeometry {
   double worst_from_parallel_rad = 0.0;  ///< largest |deviation_rad| of opposite faces
 };
 
-/// Computes the angles between the faces of a cube, and the distances of the faces from its centre.
+/// Computes the angles between the faces of a cube, and the distance of each face from the cube's
+/// centre.
 /// @par Source
 /// method.md, section 9.
 [[nodiscard]] AXISCAL_EXPORT CubeGeometry describe_geometry(const Positioner& positioner);

@@ -21,11 +21,11 @@ struct DesignEntry {
 
 /// Returns a standard design.
 ///
-/// The design of 24 points has every point. The design of 12 points has each rest face with two
-/// fence faces: those of the next axis in the cycle X, Y, Z, X. If R_i is the cube's rotation at
-/// point i, the matrix with the rows [1, vec R_i] then has orthogonal columns, for any direction of
-/// the field. The design of 6 points has each rest face with one fence face. It is sufficient only
-/// on a table that is known to be level.
+/// The design of 24 points contains all design points. The design of 12 points combines each rest
+/// face with two fence faces: those of the next axis in the cycle X, Y, Z, X. If R_i is the cube's
+/// rotation at point i, the matrix with the rows [1, vec R_i] then has orthogonal columns, for any
+/// direction of the field. The design of 6 points combines each rest face with one fence face. This
+/// design is sufficient only on a table that is known to be level.
 ///
 /// @param points  6, 12 or 24.
 /// @throws DomainError  if `points` is another number.
@@ -56,8 +56,8 @@ struct RunSheetRow {
     std::uint64_t seed,
     const std::vector<double>& temperatures = {});
 
-/// Makes a run sheet as above, with random numbers from a stream. RandomStream(seed) gives the same
-/// order as the parameter `seed` above.
+/// Like the function above, but takes its random numbers from a stream. A stream RandomStream(seed)
+/// gives the same order as the parameter `seed` of that function.
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
     const std::vector<DesignEntry>& design,
     int replicates,

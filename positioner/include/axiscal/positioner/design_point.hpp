@@ -67,7 +67,7 @@ class AXISCAL_EXPORT DesignPoint {
   /// @return the name, for example "rest +X, fence -Y".
   [[nodiscard]] std::string name() const;
 
-  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 for a pointer
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 mistakes a compared 0 for a null pointer
   auto operator<=>(const DesignPoint&) const = default;
 
  private:

@@ -52,7 +52,7 @@ struct AXISCAL_EXPORT ContactPlane {
 ///
 /// On the face +Z a foot position is (x, y), on +X (y, z), on +Y (z, x): the coordinates along the
 /// next two axes in the cycle X, Y, Z, X. Opposite faces are mirror images. In the default layout
-/// the middle of each face is inside the triangle of its feet, so that no seat rocks.
+/// the middle of each face is inside the triangle of its feet, so that the cube never rocks.
 struct BallFrame {
   double edge_m = 0.07;  ///< distance between opposite faces, without their feet
   std::array<Eigen::Vector2d, 3> foot_positions_m = {Eigen::Vector2d(0.027, 0.027),

@@ -44,8 +44,8 @@ enum class WebAxis { x, y };
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> parallel_mounts(
     const std::vector<std::string>& slots);
 
-/// Checks mounts. Replaces a matrix that deviates from a rotation only by rounding by the nearest
-/// rotation, and returns the result.
+/// Checks mounts, and returns them. A matrix that is a rotation to within 1e-6, but not exactly, is
+/// replaced with the nearest rotation.
 ///
 /// @throws DomainError  if a slot's name is empty or repeated, a matrix is not a rotation (to
 ///                      1e-6), or a repeatability is negative.

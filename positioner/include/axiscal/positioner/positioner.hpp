@@ -46,7 +46,7 @@ struct FaceDescription {
   std::optional<Feet> feet;
 };
 
-/// A calibrated instrument by whose readings a positioner was measured.
+/// A calibrated instrument whose readings were used to measure a positioner.
 struct MeasuredFrom {
   std::string slot;          ///< slot in which the instrument was mounted
   std::string record;        ///< file with the instrument's calibration record
@@ -92,8 +92,8 @@ class AXISCAL_EXPORT Positioner {
   ///                      faces overlap.
   explicit Positioner(const CubeFeet& feet, const Surface& surface = {}, std::string id = "");
 
-  /// @throws DomainError  if a face has neither normal nor feet, these have a defect, the fence
-  ///                      leans too much, or the covariance or the mounts are not valid.
+  /// @throws DomainError  if a face has neither normal nor feet, a normal or a foot has a defect,
+  ///                      the fence leans too much, or the covariance or the mounts are not valid.
   explicit Positioner(PositionerDescription description);
 
   /// @return outward unit normal of a face, frame positioner.
@@ -128,7 +128,7 @@ class AXISCAL_EXPORT Positioner {
   [[nodiscard]] const Eigen::Matrix3d& rotation_table_from_positioner(
       const DesignPoint& point) const;
 
-  /// @return the mount of that slot, or nullopt.
+  /// @return the mount of the slot with this name; nullopt if there is no such slot.
   [[nodiscard]] std::optional<Mount> mount(const std::string& slot) const;
 
   /// @return a copy of this cube with other mounts.

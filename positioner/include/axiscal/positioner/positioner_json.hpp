@@ -11,9 +11,9 @@ namespace axiscal {
 
 /// Reads a positioner file (formats.md, Positioner).
 ///
-/// Each of the six `faces` has a `normal`, or `feet`, or both. If a face has both, its normal is
-/// `normal`, and the feet are turned to it. `normal_covariance`, `mounts` and `table` are optional.
-/// The member `surface` of `table` is "one_piece" (the default) or "separate".
+/// Each of the six `faces` has a `normal`, or `feet`, or both. If a face has both, the feet are
+/// rotated until their contact plane has this normal. `normal_covariance`, `mounts` and `table` are
+/// optional. The member `surface` of `table` is "one_piece" (the default) or "separate".
 ///
 /// @param text  the file's content.
 /// @param path  the file's name for messages.
@@ -23,7 +23,7 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT Positioner parse_positioner(std::string_view text,
                                                          const std::string& path);
 
-/// As parse_positioner(), from a file; `-` is standard input.
+/// Like parse_positioner(), but reads a file. The path `-` means standard input.
 [[nodiscard]] AXISCAL_EXPORT Positioner read_positioner(const std::string& path);
 
 /// @return the content of the positioner's file.

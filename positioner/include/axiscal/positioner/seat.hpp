@@ -19,7 +19,7 @@ struct AXISCAL_EXPORT Seat {
   /// Angle about the table's normal by which the cube is turned from the orientation that its face
   /// normals alone give.
   double turn_rad = 0.0;
-  bool rocks = false;  ///< true if a second seat is stable, because the middle foot protrudes
+  bool rocks = false;  ///< true if the middle foot protrudes, so that a second seat is also stable
   std::string defect;  ///< why the cube cannot lie at this design point; empty for a valid seat
 };
 

@@ -49,8 +49,8 @@ AXISCAL_EXPORT void check_adjusters(const std::vector<Eigen::Vector2d>& adjuster
 ///                    small angles they are the slope in radians. If the component along x is
 ///                    positive, the table rises towards +x.
 /// @param covariance  covariance of the slope, 2 x 2 [rad^2].
-/// @param surface     its adjusters (three or more that are not in a line) and its thread pitch are
-///                    used.
+/// @param surface     the table. It has three or more adjusters that are not in a line. Only the
+///                    adjusters and the thread pitch are used.
 /// @throws DomainError  if there are too few adjusters, they stand in a line, a number is not
 ///                      finite, the pitch is not positive, or the slope is not below 1.
 /// @par Source

@@ -19,8 +19,8 @@ struct ReportOptions {
   /// Histories of instruments. The report shows the drift from the first history whose serial
   /// number is that of the calibrated instrument.
   std::vector<UnitHistory> history;
-  /// Positions of the table's adjusters (levelling screws). With them, the report states the turns
-  /// of the adjusters that level the table.
+  /// Positions of the table's adjusters (levelling screws). If set, the report states how far each
+  /// adjuster must be turned to level the table.
   std::optional<Surface> table;
   /// Noise of the instrument at rest, for a chart of the Allan deviations; may be null.
   const LogNoise* noise = nullptr;

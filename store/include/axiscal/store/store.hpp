@@ -68,7 +68,7 @@ struct StoreDefect {
   std::string serial, date, defect;
 };
 
-/// A database of calibrations: a file of SQLite, or PostgreSQL.
+/// A database of calibrations: an SQLite file or a PostgreSQL database.
 ///
 /// Several processes may write at the same time. A calibration that is already in the store is not
 /// added again. The JSON of a record is complete and can be read without the other columns.
@@ -86,7 +86,7 @@ class Store {
     migrate  ///< like `write`, but also opens a store with an older schema
   };
 
-  /// @param address  the path of a file of SQLite, or postgresql://USER@HOST/DATABASE.
+  /// @param address  the path of an SQLite file, or postgresql://USER@HOST/DATABASE.
   /// @throws DataError     if there is no such store, it is another program's database, or its
   ///                       schema is newer than this program's.
   /// @throws RefusedError  if the store's schema is older than this program's (Access::migrate
@@ -104,11 +104,11 @@ class Store {
 
   /// Stores a calibration in the current transaction; begins a transaction if there is none.
   /// @return false if the same record of this instrument is stored already.
-  /// @throws OutputError  if it cannot be written, for example because the disk is full.
+  /// @throws OutputError  if the calibration cannot be stored, e.g. because the disk is full.
   bool add(const StoredCalibration& calibration);
 
   /// Ends the transaction, so that all added calibrations are in the database.
-  /// @throws OutputError  if the database is full or unreachable, as add().
+  /// @throws OutputError  if the database is full or unreachable.
   void commit();
 
   /// Calls `take` for each calibration that matches the filter, sorted by serial number and date.
@@ -129,7 +129,7 @@ class Store {
   [[nodiscard]] std::vector<StoreCount> counts(const StoreFilter& filter) const;
 
   /// Checks each calibration: its record must exist, and `defect_of` must find no defect.
-  /// @param defect_of  compares the record with the other members, and returns a text about a
+  /// @param defect_of  compares the record with the other members, and returns a description of a
   ///                   difference; empty if there is none.
   /// @return the damaged calibrations.
   [[nodiscard]] std::vector<StoreDefect> verify(

@@ -75,8 +75,9 @@ struct BodyOptions {
 /// the column `flat` as the name of a face. If the table lacks all three columns, the attitudes are
 /// unknown; corrected_by_tare() then takes pitch and roll as 0.
 ///
-/// @throws DataError  as read_observations(). Also if a row states both an attitude and a face, or
-///                    if it states neither although the table has one of the three columns.
+/// @throws DataError  for the same reasons as read_observations(). Also if a row states both an
+///                    attitude and a face, or if a row states neither although the table has one of
+///                    the three columns.
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReferenceReading> read_references(
     CsvReader& csv, const Calibration& calibration);
 
@@ -171,7 +172,7 @@ joint_movement(const Eigen::Vector3d& first,
 struct BodyChange {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< rotation vector, in the model's axes
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
-  double p_value = 1.0;  ///< probability of a change at least as large by chance
+  double p_value = 1.0;  ///< probability that a change at least as large occurs by chance
 };
 
 /// Computes the change from the rotation `before` to the rotation `after`, and tests whether it can

@@ -23,7 +23,8 @@ struct ReadingNoise {
   /// Standard deviation of one reading [unit], for each axis. If it is nullopt, the fit's
   /// residual_sd is used, with the degrees of freedom of the fit.
   std::optional<Eigen::VectorXd> sd;
-  double resolution = 0.0;  ///< smallest step of a reading [unit]; the rounding error is uniform
+  /// Smallest step of a reading [unit]. The rounding error is taken as uniformly distributed.
+  double resolution = 0.0;
   /// Standard uncertainty of the temperature sensor's output [unit of the output].
   double temperature_u = 0.0;
 };
@@ -231,7 +232,7 @@ struct AttitudeBudget {
 /// @param field_in_sensor  the field that the instrument reads [field unit of the record].
 /// @param temperature      temperature of the sensor; default: the reference temperature of the
 ///                         calibration.
-/// @throws DomainError  as ReadingPropagation, and if there are fewer than three axes.
+/// @throws DomainError  if ReadingPropagation throws it, or if there are fewer than three axes.
 [[nodiscard]] AXISCAL_EXPORT AttitudeBudget attitude_budget(const Calibration& calibration,
                                                             const ReductionOptions& options,
                                                             const ReadingNoise& noise,
@@ -260,7 +261,7 @@ struct MonteCarloCheck {
 /// Draws parameters and readings from their distributions (Student's t for estimated scatter),
 /// reduces the readings, and compares the spread of the results with attitude_budget().
 /// @param trials  at least 1000.
-/// @throws DomainError  as attitude_budget(), and if `trials` is too small.
+/// @throws DomainError  if attitude_budget() throws it, or if `trials` is too small.
 [[nodiscard]] AXISCAL_EXPORT std::vector<MonteCarloCheck> check_by_monte_carlo(
     const Calibration& calibration,
     const ReductionOptions& options,

@@ -28,7 +28,8 @@ struct ReductionOptions {
 /// The field at the place of the readings.
 struct FieldAtReadings {
   /// Magnitude F of the field [unit of the results]. If it is nullopt, F is the magnitude of the
-  /// record's field, or, if gravity is converted to another unit or place, 1 g or `gravity_m_s2`.
+  /// record's field; for gravity that is converted to another unit or place, F is 1 g or
+  /// `gravity_m_s2`.
   std::optional<double> magnitude;
   double magnitude_u = 0.0;            ///< standard uncertainty of F [unit of the results]
   std::optional<double> gravity_m_s2;  ///< gravity; if nullopt, gravity at the record's site
@@ -191,7 +192,8 @@ class AXISCAL_EXPORT Reducer {
   /// @param temperatures  n x 1, or n x m if each axis has its own temperature sensor. If it is
   ///                      empty, the reference temperature is used.
   /// @return n x 3, the field in the sensor's frame for each row [field unit]. It is NaN if the row
-  ///         does not determine the field. Apart from rounding, the result is that of reduce().
+  ///         does not determine the field. Apart from rounding, the result equals the result of
+  ///         reduce().
   /// @throws DomainError  if the sizes disagree, or if m is below three.
   [[nodiscard]] Eigen::MatrixX3d reduce_rows(
       const Eigen::Ref<const Eigen::MatrixXd>& readings,
@@ -287,7 +289,8 @@ class AXISCAL_EXPORT Reducer {
   std::vector<Eigen::Vector3d> rows_;  // rows of S, if the inverse depends on the reading
   std::vector<double> weights_;        // weights of the equations of rows_
   std::optional<TemperatureResponse> temperature_;
-  // For each second field (option --also): the apparent field that one unit of it causes.
+  // For each second field (option --also): the apparent field that one unit of the second field
+  // causes.
   std::vector<Eigen::Matrix3d> also_;
   std::optional<ReadingRange> range_;
   double factor_ = 1.0;

@@ -82,7 +82,8 @@ struct ReductionCsvOptions {
   /// no uncertainties are written.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
-  std::optional<JointColumns> joint;  ///< adds the columns `joint_deg` and `u_joint_deg`
+  /// Second instrument; adds the columns `joint_deg` and `u_joint_deg`.
+  std::optional<JointColumns> joint;
   /// Also writes expanded uncertainties and coverage factors, if `uncertainty` is set.
   bool expanded = false;
   bool strict = false;  ///< if true, a row that cannot be reduced is an error
@@ -105,18 +106,19 @@ constexpr unsigned unreadable = 16;
 
 struct ReductionCsvSummary {
   std::size_t rows = 0;
-  std::size_t unreadable = 0;             ///< rows that could not be reduced
-  std::size_t first_unreadable_line = 0;  ///< line of the first such row; 0 if all were reduced
+  std::size_t unreadable = 0;  ///< rows that could not be reduced
+  /// Line of the first row that could not be reduced; 0 if all rows were reduced.
+  std::size_t first_unreadable_line = 0;
   /// Rows with a component larger than the field's magnitude.
   std::size_t clamped = 0;
   std::size_t far_from_field = 0;  ///< rows whose |f_hat| differs from F by more than 30 %
   std::size_t extrapolated = 0;    ///< rows at temperatures outside the calibrated range
   std::size_t saturated = 0;       ///< rows with a reading at or beyond the range of its axis
-  std::size_t moved = 0;           ///< rows in which a joint moved beyond the alarm
+  std::size_t moved = 0;           ///< rows with the flag `moved`, see JointColumns::alarm_rad
 };
 
-/// Reduces a table row by row (formats.md, Reduced readings), in constant memory, on all cores of
-/// the machine. The output does not depend on the number of cores.
+/// Reduces a table row by row on several cores (formats.md, Reduced readings). The memory use does
+/// not depend on the length of the table. The output does not depend on the number of cores.
 ///
 /// Each row's cells are copied, and the results are appended. If a spreadsheet would read a cell as
 /// a formula, an apostrophe is written in front of it. The results are `field_x`, `field_y`,

@@ -32,9 +32,9 @@ struct SlotObservations {
 /// Therefore such a mount is used only if its slot is stated.
 ///
 /// @param slot  name of the slot; empty if it is not stated.
-/// @return the rotation of the positioner's mount for this slot. If `slot` is empty and there is
-///         only one mount, which does not belong to a reference instrument, it is the rotation of
-///         that mount. Otherwise it is the identity.
+/// @return the rotation of the positioner's mount for this slot. If `slot` is empty and the only
+///         mount does not belong to a reference instrument, the rotation of this mount. Otherwise
+///         the identity.
 /// @throws SetupError  if the positioner has mounts, but lacks a mount for the slot.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d mount_rotation(const Positioner& positioner,
                                                             const std::string& slot);
@@ -70,7 +70,7 @@ struct SlotLevelness {
 /// the result is below 0.001, the slot with the smallest p-value is the suspect. If there are only
 /// two slots, no suspect is named.
 ///
-/// @param slots  two or more.
+/// @param slots  the slopes of two or more slots.
 /// @throws DomainError  if there are fewer than two slots.
 /// @par Source
 /// method.md, section 9; beyond US 7,467,536.

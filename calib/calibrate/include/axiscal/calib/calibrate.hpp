@@ -69,8 +69,8 @@ namespace axiscal {
 /// @endcode
 ///
 /// @param response  n x m [unit of the instrument].
-/// @throws DomainError  if the number of points differs from the number of rows; other errors as
-///         calibrate() for Observations.
+/// @throws DomainError  if the number of points differs from the number of rows. Other errors as in
+///                      calibrate() for Observations.
 [[nodiscard]] AXISCAL_EXPORT Calibration
 calibrate(const Experiment& experiment,
           std::span<const DesignPoint> points,
@@ -96,8 +96,8 @@ calibrate(const Experiment& experiment,
 /// @param force       `yes` also returns a refused calibration.
 /// @throws RefusedError  if the calibration is refused and `force` is `no`; the message contains
 ///                       its first warning.
-/// @throws SetupError    if the run contains several instruments; other errors as calibrate() for
-///                       Observations.
+/// @throws SetupError    if the run contains several instruments. Other errors as in calibrate()
+///                       for Observations.
 [[nodiscard]] AXISCAL_EXPORT Calibration calibrate(const Run& run,
                                                    Instrument instrument,
                                                    FieldSetup field,

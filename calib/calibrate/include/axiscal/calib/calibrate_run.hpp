@@ -28,7 +28,8 @@ enum class Suggestions {
 /// full response. A larger difference is accepted if it is at most six standard errors. The mount
 /// and the table's slope may change from file to file. A file is skipped if it does not determine a
 /// calibration.
-/// @throws RefusedError  if two files do not agree; the message names them and the difference.
+/// @throws RefusedError  if two files do not agree; the message names the two files and the
+///                       difference.
 AXISCAL_EXPORT void require_one_instrument(const Experiment& experiment, const Run& run);
 
 /// Calibrates a run.

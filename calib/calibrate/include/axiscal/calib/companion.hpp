@@ -25,8 +25,9 @@ namespace axiscal {
 /// @param companion     record of the companion, three axes.
 /// @param companions    readings of the companion, with the same number of rows as `observations`.
 /// @param record        name of the companion's record, for `alignment`.
-/// @throws SetupError    unless the instrument was calibrated by method `magnitude`, without design
-///                       points and with a symmetric sensitivity matrix.
+/// @throws SetupError    if the instrument was not calibrated by method `magnitude`, if its
+///                       readings have design points, or if its sensitivity matrix is not
+///                       symmetric.
 /// @throws DomainError   if the numbers of readings differ, or if an instrument does not have three
 ///                       axes.
 /// @throws RefusedError  as align_by_constant_angle().

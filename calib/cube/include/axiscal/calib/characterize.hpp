@@ -48,8 +48,8 @@ struct AXISCAL_EXPORT ReferenceResult {
   double residual_sd = 0.0;  ///< scatter of a reading, pooled over the axes [field unit]
   int worst_run = 0;         ///< run number of the reading with the largest residual
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, mean of all blocks
-  /// Probability that the normals from this instrument differ by chance so much from the normals
-  /// from the other instruments; NaN if there is only one instrument.
+  /// The probability that the normals from this instrument differ this much, by chance alone, from
+  /// the normals from the other instruments; NaN if there is only one instrument.
   double p_value = 0.0;
 };
 
@@ -81,7 +81,8 @@ struct Characterization {
 
 /// Estimates the scatter between mounts of one instrument in nearly the same orientation.
 ///
-/// @param mounts        rotation_sensor_from_positioner of each mount, two or more, within 0.1 rad.
+/// @param mounts        rotation_sensor_from_positioner of each mount. At least two mounts are
+///                      needed, and their orientations must agree within 0.1 rad.
 /// @param fit_variance  mean variance that the noise of the fit causes in a mount's rotation about
 ///                      one axis [rad^2].
 /// @return sd_rad = sqrt(max(0, variance between the mounts - fit_variance)).
@@ -109,9 +110,9 @@ estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_va
 /// second mount whose orientation differs by more than 0.5 rad, the fit also determines the angles
 /// between the instrument's axes.
 ///
-/// @param references  one reference or more. For each slope of the table, each needs readings at
-///                    two design points with the same rest face and opposite fence faces. Together,
-///                    the references need all six rest faces.
+/// @param references  one reference or more. For each slope of the table, a reference needs
+///                    readings at two design points with the same rest face and opposite fence
+///                    faces. Together, the references need all six rest faces.
 /// @throws RefusedError  if no reference is left, a field is not along the table's normal, an
 ///                       instrument has fewer than three axes, a face was never the rest face, or
 ///                       the readings do not determine the cube.

@@ -19,7 +19,7 @@ namespace axiscal {
 
 /// A turn: one rotation of a three-axis gyroscope, between two rests (periods without motion).
 struct AXISCAL_EXPORT GyroscopeTurn {
-  std::array<std::span<const double>, 3> readings;  ///< raw, n samples of each axis [unit]
+  std::array<std::span<const double>, 3> readings;  ///< raw readings, n for each axis [unit]
   std::span<const double> time_s;                   ///< n times, ascending
   /// The upward vertical in the sensor's frame at the rests before and after the turn, for example
   /// the mean readings of an accelerometer. The vectors may have any length.
@@ -114,8 +114,8 @@ struct AXISCAL_EXPORT TurnFitOptions {
   /// The search ends if the relative change of B is below this number. 1e-4 is enough to compare
   /// fits, because the sum of squares is then exact to 1e-8.
   double tolerance = 1e-10;
-  /// Standard uncertainties of GyroscopeTurn::earth_rate_in_sensor [rad/s]: of the vertical
-  /// component, and of each of two horizontal components.
+  /// Standard uncertainties of GyroscopeTurn::earth_rate_in_sensor [rad/s]: earth_up_u for the
+  /// vertical component, earth_across_u for each of the two horizontal components.
   double earth_up_u = 0.0;
   double earth_across_u = 0.0;
   /// True: the uncertainty includes all sources (errors of the rests, sampling, the Earth's
@@ -170,11 +170,12 @@ struct AXISCAL_EXPORT TurnFit {
 /// The unknowns are the entries of B = S^-1. They are fitted by Gauss-Newton, with the analytic
 /// derivative of the residual: -integral of R(t) e_p (v - b)_q dt for the entry B_pq.
 ///
-/// The residual of a turn has three errors: one of the turn itself, and one of each rest at its
-/// ends. The error of a rest affects the turns before and after it. Restricted likelihood estimates
-/// the variances of both kinds of errors. With fewer than 18 degrees of freedom, the errors of the
-/// rests are ignored. Other errors that turns share, such as the error of the bias at the rests,
-/// also affect the residuals. They are fitted as unknowns with a prior (method.md, section 8).
+/// The residual of a turn contains three errors: the error of the turn itself, and the errors of
+/// the rests before and after it. The error of a rest also affects the other turn that borders on
+/// this rest. Restricted likelihood estimates the variances of both kinds of errors. With fewer
+/// than 18 degrees of freedom, the errors of the rests are ignored. Other errors that turns share,
+/// such as the error of the bias at the rests, also affect the residuals. They are fitted as
+/// unknowns with a prior (method.md, section 8).
 ///
 /// @param turns  turns about three or more different axes.
 /// @param rests  the result of fit_rests(). Only the bias, its covariance (0: the bias is exact),

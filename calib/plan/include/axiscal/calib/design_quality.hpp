@@ -54,7 +54,7 @@ struct AXISCAL_EXPORT DesignQuality {
 /// A D-optimal choice of n of the 24 design points.
 struct OptimalDesign {
   std::vector<DesignEntry> design;
-  double d_efficiency = 0.0;  ///< D-efficiency, relative to the bound for any n readings
+  double d_efficiency = 0.0;  ///< D-efficiency, relative to the upper bound for n readings
   /// D-efficiency of the 12-point design, relative to its own bound.
   double d_efficiency_of_standard = 0.0;
   /// Number of the model's parameters: 10, or 4 with fewer than 10 points.

@@ -26,9 +26,9 @@ struct AXISCAL_EXPORT ForecastSetup {
   double noise_sd = 0.0;  ///< scatter of one sample [unit of the readings]
   int samples = 1;        ///< independent samples that are averaged at each point
   Positioner positioner;  ///< the cube; its normal_covariance is used if it is stated
-  /// Standard uncertainty to add to each face normal, for each of its two components.
+  /// Additional standard uncertainty of each face normal, for each of its two components.
   double normal_u_rad = 0.0;
-  /// Only method known: standard uncertainty of the table's slope, for x and y each.
+  /// Standard uncertainty of the table's slope, for each of x and y. Only for method `known`.
   double level_u_rad = 0.0;
   Mount mount;  ///< the instrument's orientation and its repeatability
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the expected slope of the table

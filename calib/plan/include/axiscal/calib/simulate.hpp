@@ -30,7 +30,7 @@ struct AXISCAL_EXPORT SimulationOptions {
   double temperature_sd = 0.0;  ///< scatter of the true temperature about the planned one
   double resolution = 0.0;      ///< rounding step of the readings [unit]; 0: no rounding
   std::uint64_t seed = 1;       ///< seed of the random numbers
-  std::uint32_t stream = 0;     ///< each instrument of an assembly needs its own random stream
+  std::uint32_t stream = 0;     ///< number of the random stream; different for each instrument
 };
 
 /// Removes the slope of the table from all fields whose source is not on the table. The slope is
@@ -73,8 +73,8 @@ struct SimulatedRun {
                                                        const std::vector<RunSheetRow>& sheet,
                                                        const SimulationOptions& options = {});
 
-/// Does the same with a given random stream for the noise. If the stream is from stream_of_noise(),
-/// the result equals that of the overload without a stream. RandomStream::seed_several() seeds
+/// Like the overload without a stream, but takes the noise from the given random stream. If
+/// stream_of_noise() made the stream, the results are equal. RandomStream::seed_several() seeds
 /// several streams faster.
 [[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
                                                        const std::vector<RunSheetRow>& sheet,

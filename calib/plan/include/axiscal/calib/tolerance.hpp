@@ -14,10 +14,10 @@ namespace axiscal {
 
 /// The tolerances of a cube, as standard deviations.
 struct Tolerances {
-  double foot_height_m = 0.0;   ///< the height of each ball along its face's normal
-  double ball_radius_m = 0.0;   ///< the variation of each ball's radius
-  double squareness_rad = 0.0;  ///< the rotation of each face about its two edge directions, each
-  double fence_rad = 0.0;       ///< the angle by which the fence leans over the table
+  double foot_height_m = 0.0;   ///< position of each ball's centre along the face's normal
+  double ball_radius_m = 0.0;   ///< radius of each ball
+  double squareness_rad = 0.0;  ///< rotation of each face about each of its two edge directions
+  double fence_rad = 0.0;       ///< angle by which the fence leans over the table
 };
 
 /// Returns a random cube, as if it were made from the drawing with these tolerances.
@@ -55,8 +55,8 @@ struct ToleranceEffect {
   CalibrationErrors simulated;
   /// Number of simulated cubes that could not lie at a design point or were not valid cubes.
   int unusable = 0;
-  /// For each simulated cube, the error of the field's direction has a maximum over all attitudes.
-  /// This is the 95 % quantile of these maxima.
+  /// 95 % quantile, over the simulated cubes, of the largest error of the field's direction over
+  /// all attitudes.
   double worst_angle_95_rad = 0.0;
 };
 

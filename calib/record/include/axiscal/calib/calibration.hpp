@@ -55,7 +55,7 @@ struct Provenance {
   std::string experiment;
   std::string positioner;  ///< identifier of the positioner; empty for the nominal cube
   std::string slot;        ///< slot of the instrument in an assembly; may be empty
-  int instance = 0;        ///< zero-based number of the sensor among those of its kind in a log
+  int instance = 0;        ///< zero-based index among the sensors of the same kind in a log
   std::string device;      ///< identifier of the sensor in the vehicle's software; may be empty
 
   /// @return the date of the readings; if it is not stated, the date of the computation.

@@ -61,8 +61,8 @@ struct AXISCAL_EXPORT Alignment {
   Eigen::Matrix3d rotation_companion_from_sensor = Eigen::Matrix3d::Identity();
   /// Standard errors of the rotation about the companion's axes x, y, z.
   Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();
-  /// Angle between the fields of the two instruments. For gravity and the Earth's magnetic field it
-  /// is the dip plus 90 degrees.
+  /// Angle between the fields of the two instruments. For gravity and the Earth's magnetic field,
+  /// this angle is the dip plus 90 degrees.
   double angle_rad = 0.0;
   double angle_se_rad = 0.0;
   double residual_sd = 0.0;  ///< scatter of the cosine of angle_rad
@@ -107,7 +107,7 @@ struct CalibrationFit {
   std::optional<MagnitudeShape> shape;  ///< shape of the sensitivity matrix; only method magnitude
   std::optional<FitStatistics> statistics;
   std::optional<UncertaintyBudget> uncertainty;    ///< nullopt without statistics
-  CalibrationConditions conditions;                ///< measurement conditions of the scatter
+  CalibrationConditions conditions;                ///< measurement conditions of the readings
   std::optional<OrientationQuality> orientations;  ///< only for method magnitude
   /// The attitude error after each turn [rad], in the sensor's frame before the turn. Only for
   /// method turns.

@@ -17,7 +17,8 @@ namespace axiscal {
 
 /// The correction of a mistake in the readings. It is applied only on request.
 struct Correction {
-  WarningCode code = WarningCode::other;                   ///< code of the warning that suggests it
+  /// code of the warning that suggests the correction
+  WarningCode code = WarningCode::other;
   std::string message;                                     ///< message of that warning
   std::vector<int> runs;                                   ///< run numbers of the readings
   std::vector<std::pair<int, DesignPoint>> points;         ///< run number, corrected design point

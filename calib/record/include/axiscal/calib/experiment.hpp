@@ -38,12 +38,13 @@ struct TemperatureSetup {
 /// of mounts are members of FieldSetup and Positioner.
 struct StatedUncertainties {
   double resolution = 0.0;  ///< smallest step of a reading [unit of the readings]
-  /// Only method known: standard uncertainty of the known slope, for x and y each [rad].
+  /// Standard uncertainty of the stated slope, for each of x and y [rad]. Only for method
+  /// `known`.
   double slope_u = 0.0;
-  /// Only method known: standard uncertainty of the field's direction, about any axis.
+  /// Standard uncertainty of the field's direction, about any axis. Only for method `known`.
   double direction_u_rad = 0.0;
   double temperature_u = 0.0;  ///< standard uncertainty of the temperature output [its unit]
-  /// Relative standard uncertainty of the reference of the readings' unit, for example of a
+  /// Relative standard uncertainty of the electrical reference of the readings, for example of a
   /// voltmeter. An error of the reference scales all biases and sensitivities by one factor.
   double reference_u = 0.0;
 };
@@ -92,9 +93,9 @@ struct AXISCAL_EXPORT Experiment {
   /// known.
   std::vector<FieldSetup> also;
   TablePlace table;  ///< the place of the table, its slope, and the date
-  /// The expected main sensitivity of every axis [unit per field unit]. A comparison with it
-  /// reveals mistakes that affect the whole run. If it is nullopt, expected_sensitivity() gives the
-  /// default.
+  /// The expected main sensitivity of every axis [unit per field unit]. The fit is compared with
+  /// this value to find mistakes that affect the whole run. If the value is nullopt,
+  /// expected_sensitivity() gives the default.
   std::optional<double> nominal_sensitivity;
   Positioner positioner;
   std::string slot;              ///< slot of the instrument in an assembly; may be empty

@@ -23,9 +23,9 @@ struct ExperimentFile {
   ExperimentPaths paths;
 };
 
-/// Reads an experiment file (formats.md, Experiment). Its positioner and its record may be members
-/// of the file or separate files. If experiment_json() wrote the text, experiment_json() of the
-/// result gives the same text again.
+/// Reads an experiment file (formats.md, Experiment). The positioner and the record `from` may be
+/// members of the file or separate files. If experiment_json() wrote the text, experiment_json() of
+/// the result gives the same text again.
 ///
 /// @param text  the file's content.
 /// @param path  the file's path, for messages and for relative paths.

@@ -42,7 +42,8 @@ struct ScatterComponent {
   double degrees_of_freedom = 0.0;
 };
 
-/// The measurement conditions of the scatter (VIM 2.20, 2.22).
+/// The conditions under which the scatter was observed: repeatability or intermediate precision
+/// (VIM 2.20, 2.22).
 struct AXISCAL_EXPORT CalibrationConditions {
   /// Number of blocks. The uncertainties include the scatter of the biases between blocks.
   int blocks = 1;
@@ -73,7 +74,7 @@ struct AXISCAL_EXPORT FitStatistics {
   Eigen::VectorXd interval_dof;              ///< degrees of freedom of each parameter's interval
   std::vector<ScatterComponent> components;  ///< causes of scatter not included in residual_sd
   std::vector<std::string> parameter_names;  ///< p names: "x.bias", "x.sensitivity.x", ...
-  Eigen::MatrixXd covariance;                ///< covariance of parameter_names, p x p
+  Eigen::MatrixXd covariance;                ///< covariance of all parameters, p x p
   double condition_number = 1.0;             ///< condition number; columns scaled to length 1
   SensitivityMatrix variance_inflation;      ///< variance inflation factor of each entry of S
   std::vector<LackOfFit> lack_of_fit;        ///< test of each axis; empty without repeated readings
@@ -82,7 +83,8 @@ struct AXISCAL_EXPORT FitStatistics {
   Eigen::MatrixXd studentized;               ///< externally studentised residuals, r x m
   Eigen::MatrixXd cooks_distance;            ///< Cook's distances, r x m
   Eigen::MatrixXd robust_weight;             ///< robust weights 0 to 1, r x m; empty if not used
-  std::vector<int> observations_per_axis;    ///< readings used by each axis; empty if all are used
+  /// number of readings used for each axis; empty if all are used
+  std::vector<int> observations_per_axis;
 
   /// @return the covariance from the scatter of the readings alone: `covariance` minus the
   ///         covariances of `components`.

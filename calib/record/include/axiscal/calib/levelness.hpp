@@ -22,7 +22,7 @@ struct LevelnessEstimate {
   /// The field's component along the table's x, divided by the field's magnitude. For gravity it is
   /// the slope of the table along x.
   double x = 0.0;
-  double y = 0.0;  ///< as x, along the table's y
+  double y = 0.0;  ///< like x, but along the table's y
 };
 
 /// The levelness of the table during one block of readings.

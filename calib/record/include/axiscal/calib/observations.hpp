@@ -30,7 +30,7 @@ struct Reading {
   int mount = 1;                                 ///< number that identifies the mounting
   bool confirm = false;                          ///< true: not fitted, but used to test the fit
   std::optional<DesignPoint> point;              ///< rest face and fence face of the cube
-  FieldLevel level;                              ///< multiple of the stated induced field
+  FieldLevel level;                              ///< factor that multiplies the induced field
   std::optional<SensorTemperature> temperature;  ///< outputs of temperature sensors, any unit
   std::optional<double> time_s;                  ///< time of the reading [s]
   /// The field in the frame `sensor`, if it is stated instead of `point` [field unit].

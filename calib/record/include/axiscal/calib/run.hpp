@@ -123,8 +123,8 @@ class AXISCAL_EXPORT UnitsOfRun {
   /// @return the number of readings of a unit.
   [[nodiscard]] std::size_t readings(std::size_t unit) const;
 
-  /// @return the most frequent number of readings of a unit; the larger one of two equally frequent
-  ///         numbers.
+  /// @return the most frequent number of readings of a unit. If several numbers are equally
+  ///         frequent, the largest of them.
   [[nodiscard]] std::size_t usual_readings() const;
 
  private:

@@ -20,7 +20,7 @@ struct RunColumns {
   std::optional<Eigen::VectorXi> run;          ///< numbers of the readings; nullopt: 1, 2, ..
   std::optional<Eigen::VectorXi> block;        ///< number that identifies the block of readings
   std::optional<Eigen::VectorXi> mount;        ///< number that identifies the instrument's mounting
-  std::optional<Eigen::VectorXd> level;        ///< multiple of the stated induced field
+  std::optional<Eigen::VectorXd> level;        ///< factor that multiplies the induced field
   std::optional<Eigen::VectorXd> temperature;  ///< output of the temperature sensor
   std::optional<Eigen::VectorXd> time;         ///< time of the reading [s]
   std::optional<Eigen::VectorXd> samples;      ///< number of samples in each reading

@@ -15,7 +15,8 @@ namespace axiscal {
 /// axes or, if each axis has its own sensor, one number for each axis.
 class AXISCAL_EXPORT SensorTemperature {
  public:
-  /// One output for all axes. Not explicit, because most instruments have one sensor.
+  /// One output for all axes. The constructor is not explicit, because most instruments have one
+  /// sensor.
   SensorTemperature(double of_all = 0.0) : mean_(of_all) {}  // NOLINT(google-explicit-constructor)
 
   /// @param of_axes  m outputs, in the order of the axes.

@@ -25,8 +25,8 @@ struct LeastSquaresFit {
   Eigen::VectorXd residuals;        ///< y - X b, n entries [unit of y], not weighted
   double degrees_of_freedom = 0.0;  ///< number of observations of non-zero weight, minus p
   double residual_sd = 0.0;         ///< s, the sd of an observation of weight 1 [unit of y]
-  /// R^2. If the columns span a constant, the residuals are compared with the deviations of y from
-  /// its mean, otherwise with y itself.
+  /// R^2. If a linear combination of the columns is constant, the residuals are compared with the
+  /// deviations of y from its mean, otherwise with y itself.
   double r_squared = 0.0;
   Eigen::VectorXd leverage;        ///< diagonal of the hat matrix, n entries in 0 .. 1
   Eigen::VectorXd studentized;     ///< externally studentised residuals; NaN if undefined
@@ -44,9 +44,10 @@ struct LeastSquaresFit {
 /// const double its_u = std::sqrt(line.covariance(1, 1));   // standard uncertainty
 /// @endcode
 ///
-/// It throws an error if the columns of X are dependent, because the observations then do not
-/// determine every parameter. The error names the undetermined parameters. Use LeastSquaresDesign
-/// for weights, for names of the parameters, or for several responses of one design.
+/// The function throws an error if the columns of X are dependent, because the observations then do
+/// not determine every parameter. The error names the undetermined parameters. Use
+/// LeastSquaresDesign for weights, for names of the parameters, or for several responses of one
+/// design.
 ///
 /// @param design        X, n x p with n >= p; column j in [unit of y / unit of b_j].
 /// @param observations  y, n entries in one unit.
@@ -103,7 +104,7 @@ class AXISCAL_EXPORT FactoredDesign {
   /// @return Q, n x p: orthonormal columns that span those of W^1/2 X.
   [[nodiscard]] const Eigen::MatrixXd& basis() const { return basis_; }
 
-  /// @return T, p x p, with W^1/2 X T = Q. Therefore T T^T = (X^T W X)^-1, which is not refined.
+  /// @return T, p x p, with W^1/2 X T = Q. Therefore T T^T = (X^T W X)^-1. T is not refined.
   [[nodiscard]] Eigen::MatrixXd root_of_covariance() const { return scale_.asDiagonal() * root_; }
 
   /// @return the ratio of the smallest to the largest pivot, for columns of equal length.
@@ -159,7 +160,7 @@ class AXISCAL_EXPORT FactoredDesign {
 class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
  public:
   /// @param design, weights  as in FactoredDesign.
-  /// @param names            names of the parameters, for errors.
+  /// @param names            names of the parameters, for error messages.
   explicit LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                               const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                               const std::vector<std::string>& names = {});
@@ -170,8 +171,8 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
 
   /// Fits one response.
   ///
-  /// @param observations  y, n entries in one unit.
-  /// @throws DomainError  if the size disagrees or an entry is not finite.
+  /// @param observations  y: n observations, all in the same unit.
+  /// @throws DomainError  if the number of observations is not n, or if one is not finite.
   [[nodiscard]] LeastSquaresFit fit(const Eigen::Ref<const Eigen::VectorXd>& observations) const;
 
   /// @return (X^T W X)^-1, p x p.
@@ -192,14 +193,14 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
 /// Finds the parameters that a design leaves undetermined. These are the parameters with a nonzero
 /// entry in a basis of the design's null space.
 ///
-/// @param design  X, n x p; any n.
+/// @param design  X, n x p; n may be less than p.
 /// @return indices of the columns of these parameters, ascending; empty for full rank.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Index> undetermined_columns(
     const Eigen::Ref<const Eigen::MatrixXd>& design);
 
-/// Computes the variance inflation factors VIF_j = C_jj sum_i w_i (x_ij - mean_j)^2. VIF_j is the
-/// variance of coefficient j, divided by the variance that it would have if its column were
-/// orthogonal to all other columns and to a constant.
+/// Computes the variance inflation factors VIF_j = C_jj sum_i w_i (x_ij - mean_j)^2. mean_j is the
+/// weighted mean of column j. VIF_j is the variance of coefficient j, divided by the variance of
+/// this coefficient if column j were orthogonal to all other columns and to a constant.
 ///
 /// @param design               X, n x p.
 /// @param weights              n weights.
@@ -227,7 +228,7 @@ struct ResidualDiagnostics {
 ///
 /// @param weighted_residuals  r_i = sqrt(w_i) (y_i - fit_i).
 /// @param leverage            h_i, the diagonal of the hat matrix.
-/// @param degrees_of_freedom  nu, not necessarily whole.
+/// @param degrees_of_freedom  nu, not necessarily an integer.
 /// @param parameters          p, the number of parameters.
 /// @return t_i and D_i; NaN if h_i is 1, or if there are too few degrees of freedom.
 [[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics

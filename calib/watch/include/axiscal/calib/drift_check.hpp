@@ -44,11 +44,12 @@ struct DriftCheck {
 /// axis with the covariances of both records. Fisher's method combines the axes. The test takes the
 /// degrees of freedom of the estimated scatters into account.
 ///
-/// Errors that both records share cancel, so their uncertainties are left out. These are errors of
-/// the face normals if both used the same positioner, and errors of the field's magnitude if both
-/// took it from the same source.
+/// Errors that both records share cancel, so the uncertainties of these errors are left out. The
+/// errors of the face normals are shared if both records used the same positioner. The error of the
+/// field's magnitude is shared if both records took the magnitude from the same source.
 ///
-/// @param fresh  a calibration with the same axes; its field's unit is converted to that of `old`.
+/// @param fresh  a calibration with the same axes as `old`. Its values are converted to the field
+///               unit of `old`.
 /// @throws DomainError  if the axes or the fields are not the same, or if neither record states a
 /// covariance.
 /// @par Source
@@ -57,10 +58,10 @@ struct DriftCheck {
                                                     const Calibration& fresh,
                                                     double alpha = 0.01);
 
-/// Compares fresh biases with a record of method `bias` for which gives_field() is false: its
-/// biases include the response to the field. Each axis is compared at the temperature of the fresh
-/// readings. Fisher's method combines the p-values of the axes. Such a record does not determine
-/// the directions of the axes, so the instrument must be in the same orientation as for the record.
+/// Compares fresh biases with a record of method `bias` whose biases include the response to the
+/// field (gives_field() is false). Each axis is compared at the temperature of the fresh readings.
+/// Fisher's method combines the p-values of the axes. The record does not determine the directions
+/// of the axes, so the instrument must be in the same orientation as for the record.
 ///
 /// @param fresh        a calibration by method `bias` without temperature terms. Its readings must
 ///                     be converted to the reference temperature of `old` by
@@ -102,13 +103,13 @@ struct InSituCheck {
 /// Readings whose field directions differ by less than 5 degrees form one group. The first test
 /// compares the mean residuals of all groups with the covariance of the calibration and the noise
 /// of the readings. Its significance level is 4/5 alpha. The second test is of the reading whose
-/// residual is largest relative to its uncertainty, at the level 1/5 alpha. More readings in one
-/// orientation cannot detect a drift below the uncertainty of the calibration.
+/// residual is largest relative to its uncertainty, at the level 1/5 alpha. A drift that is smaller
+/// than the uncertainty of the calibration cannot be detected by more readings in one orientation.
 ///
 /// @param observations  readings of all axes at rest; their poses need not be stated.
 /// @param alpha  the probability of a false alarm for the run. Without a drift, each of the n
 ///               readings exceeds its limit with the probability alpha / (5 n).
-/// @throws DomainError  for fewer than three axes, or a record without covariance.
+/// @throws DomainError  if there are fewer than three axes, or if the record has no covariance.
 [[nodiscard]] AXISCAL_EXPORT InSituCheck check_in_situ(const Calibration& calibration,
                                                        const Observations& observations,
                                                        double alpha = 0.01);
@@ -120,8 +121,8 @@ struct AXISCAL_EXPORT WorstAngle {
 };
 
 /// Returns the largest error that arises if readings follow one calibration and are reduced with
-/// another. It is the error of the pitch, for pitches up to 80 degrees. For instruments without a
-/// pitch it is the error of the field's direction.
+/// another. This is the error of the pitch, for pitches up to 80 degrees. For instruments without a
+/// pitch, the error of the field's direction is returned.
 ///
 /// @param used  the calibration with which the readings are reduced.
 /// @param now   the calibration that describes the actual response of the instrument.

@@ -57,7 +57,8 @@ struct RecordTexts {
 /// Reads calibration records and sorts them by serial number. Texts that are not records are
 /// ignored.
 /// @param limits       the limits for which the dates of crossing are computed.
-/// @param passed_over  receives the reason for each text that is not a record; may be null.
+/// @param passed_over  receives, for each text that is not a record, the reason why it is not one;
+///                     may be null.
 /// @param not_held     receives the names of parameters that have limits but that no history
 ///                     contains, for example the residual sd; may be null.
 /// @throws DomainError  if `limits` names a parameter that no record can contain.
@@ -70,7 +71,8 @@ struct RecordTexts {
 [[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> read_records(const RecordTexts& records);
 
 /// Estimates, from earlier calibrations, how much an instrument's biases scatter between blocks.
-/// The calibrations must have the instrument's serial number or, if the model is stated, its model.
+/// Only calibrations with the instrument's serial number are used, or with the instrument's model
+/// if the model is stated.
 /// A record of several blocks contributes its mean square between blocks. Records of one block
 /// contribute the scatter of their biases about the unit's mean. Only records of methods that use
 /// labelled poses are used. If several records share readings, only the first is used.

@@ -47,7 +47,7 @@ struct Limits {
 /// accepts a value whose distance from the limits is at least its guard band. The guard band is the
 /// expanded uncertainty (95 %). For a residual_sd the guard band is the distance from the value to
 /// its upper 95 % bound (chi-squared distribution). Each verdict states the probability that the
-/// true value is within the limits, without prior knowledge.
+/// true value is within the limits. This probability uses no prior knowledge of the true value.
 ///
 /// With rule `guarded`, a bias from only one block of readings gets a note. If Limits::intermediate
 /// is true, such a bias fails.

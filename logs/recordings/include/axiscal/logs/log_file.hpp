@@ -35,8 +35,8 @@ struct LogFormat {
   /// Kinds of sensors to read from a recording; if empty, all kinds are read. If only one kind is
   /// read, its samples are not interpolated.
   std::vector<SeriesKind> kinds;
-  /// Further columns to read from a recording, by their names there: "AccX", or with the message's
-  /// name in front, "IMU2.AccX".
+  /// Further columns to read from a recording. Each entry is a name in the recording, such as
+  /// "AccX", or this name with the name of its message in front, such as "IMU2.AccX".
   std::vector<std::string> wanted;
   ReadLimits limits;  ///< limits on the cost of reading the file
 };
@@ -84,7 +84,7 @@ using LogBlock = std::vector<std::vector<double>>;
 
 /// Defects of a log.
 struct LogDefects {
-  std::size_t ragged_rows = 0;  ///< number of rows left out for a wrong number of cells
+  std::size_t ragged_rows = 0;  ///< number of skipped rows with a wrong number of cells
   std::size_t first_ragged_line = 0;
   std::size_t missing_numbers = 0;  ///< number of cells that are not finite numbers; read as NaN
   std::size_t first_missing_line = 0;
@@ -109,7 +109,7 @@ class LogFile {
   ///                    a table nor a sensor. In the last case the message lists its content.
   explicit LogFile(const std::string& path, const LogFormat& format = {});
 
-  /// Makes a log of samples in memory.
+  /// Makes a log from samples in memory.
   /// @param name     name of the log, for messages.
   /// @param columns  one name for each column.
   /// @param samples  the columns, all of the same length.
@@ -129,8 +129,8 @@ class LogFile {
   /// the columns, or from their values. Must be called before select().
   [[nodiscard]] std::vector<LogSensor> sensors();
 
-  /// Finds the column of times by its name. Without such a name, it looks for a column whose
-  /// cells are times of day, dates, or numbers that ascend evenly. Must be called before select().
+  /// Finds the column of times by its name. If no name is recognised, finds a column whose cells
+  /// are times of day, dates, or numbers that ascend evenly. Must be called before select().
   /// @return the name of the column; empty if there is no such column.
   [[nodiscard]] std::string time_column();
 
@@ -178,7 +178,8 @@ class LogFile {
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
   std::vector<double> factors_;  // factor of every column
-  // For each column of signed counts that were printed unsigned, their width in bits; otherwise 0.
+  // For each column, the width in bits of signed counts that were printed as unsigned numbers; 0
+  // for other columns.
   std::vector<int> signed_bits_;
   std::vector<std::size_t> places_;  // index of every column in the source
   std::vector<std::size_t> selected_;

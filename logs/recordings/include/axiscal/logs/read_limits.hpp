@@ -15,7 +15,7 @@ enum class ReadCost {
   members,   ///< files in an archive
   unpacked,  ///< bytes unpacked from compressed data
   cells,     ///< numbers and words created from the file
-  steps,     ///< repetitions of loops that read no further bytes
+  steps,     ///< iterations of loops that read no further bytes
   memory,    ///< bytes held in memory at once
   disk       ///< bytes of temporary copies
 };

@@ -29,7 +29,7 @@ struct RecordedSensor {
 /// Finds the sensors of a recording that are suitable for calibration. A sensor is left out in
 /// these cases:
 /// - Its readings are constant.
-/// - Its rate is less than a fifth of that of the fastest sensor of its kind.
+/// - Its rate is less than a fifth of the highest rate among the sensors of its kind.
 /// - Its readings are corrected, and there is a raw sensor of its kind.
 /// - Its kind was guessed from the values, and a sensor of this kind is known by other evidence.
 [[nodiscard]] std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary);

@@ -31,8 +31,8 @@ enum class KnownBy {
   nothing  ///< the kind is not known
 };
 
-/// A sequence of samples, each with a time and one number for each column. The columns are all
-/// numbers of a message, or those of one sensor in the message.
+/// A sequence of samples. Each sample has a time, and one number for each column. A series contains
+/// either all numbers of a message or only the numbers of one sensor.
 struct Series {
   std::string name;  ///< name of the message, topic or table in the file
   int instance = 0;  ///< number that distinguishes series of the same name
@@ -100,9 +100,9 @@ class RecordingFile {
   std::unique_ptr<Decoder> decoder_;
 };
 
-/// Reads ROS message definitions from a folder. They are needed for bags that do not contain them
-/// (a .db3 of ROS 2 before Iron). The files are package/msg/Type.msg, as in the source or share
-/// folder of a workspace. The definitions apply to all recordings that this program opens
+/// Reads ROS message definitions from a folder. They are needed for bags that contain no
+/// definitions (a .db3 of ROS 2 before Iron). The files are package/msg/Type.msg, as in the source
+/// or share folder of a workspace. The definitions apply to all recordings that this program opens
 /// afterwards. Do not call this function while other threads read recordings.
 /// @return the number of definitions in the folder.
 /// @throws DataError  if there is no such folder, or it contains no definition.
@@ -115,11 +115,11 @@ struct SeriesSummary {
   double start_s = 0.0;  ///< time of the first sample by the file's clock; NaN without times
   double end_s = 0.0;    ///< time of the last sample, by the same clock
   double rate_hz = 0.0;  ///< (samples - 1) / (end_s - start_s); NaN if not known
-  std::size_t gaps = 0;  ///< number of steps that are negative or longer than five usual steps
-  std::vector<double> mean, sd;      ///< mean and standard deviation of each column, without NaN
-  std::vector<std::size_t> missing;  ///< number of NaN in each column
+  std::size_t gaps = 0;  ///< time steps that are negative or longer than 5 usual steps
+  std::vector<double> mean, sd;      ///< mean and standard deviation of each column, ignoring NaN
+  std::vector<std::size_t> missing;  ///< number of NaN values in each column
   /// Start and end of the longest rest of an accelerometer [s after the first sample]; both are 0
-  /// if there is no rest. At rest the standard deviation of each axis within half a second is below
+  /// if there is no rest. At rest, the standard deviation of each axis over half a second is below
   /// 0.08 m/s^2.
   double still_from_s = 0.0, still_to_s = 0.0;
 };
@@ -132,9 +132,9 @@ struct RecordingSummary {
   std::map<std::string, std::string> facts;
 };
 
-/// Summarises a recording in constant memory.
-/// @param most_samples  number of samples of all series together after which reading stops; nullopt
-///                      reads the whole recording.
+/// Summarises a recording. The memory use does not depend on the length of the recording.
+/// @param most_samples  total number of samples, over all series, after which reading stops; if it
+///                      is nullopt, the whole recording is read.
 /// @throws DataError  if RecordingFile cannot open or read the file.
 [[nodiscard]] RecordingSummary summarise(const std::string& path,
                                          std::optional<std::size_t> most_samples = {},

@@ -15,7 +15,7 @@ namespace axiscal {
 /// @return the text with A to Z replaced by a to z; other characters stay unchanged.
 [[nodiscard]] std::string to_lower_case(std::string_view text);
 
-/// A unit in one of its usual spellings: "m/s²", "dps", "µT", "Gauss".
+/// A unit of measurement that known_unit() recognises, for example from "m/s²", "dps" or "Gauss".
 struct KnownUnit {
   /// Spelling that axiscal uses: "m/s^2", "g", "deg/s", "uT", "gauss", "degC", ...
   std::string_view name;
@@ -23,7 +23,7 @@ struct KnownUnit {
   double si = 1.0;                      ///< factor that converts to m/s^2, rad/s or T
 };
 
-/// @param of  kind of sensor whose readings have the unit; `other` if it is not known.
+/// @param of  kind of sensor whose readings have the unit; `other` if the kind is not known.
 /// @return the unit; nullopt if it is unknown. "G" is gauss for a magnetometer, otherwise standard
 ///         gravity. "mG" is milligauss for a magnetometer or `other`, otherwise 1e-3 g.
 [[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
@@ -39,7 +39,7 @@ struct NamedColumn {
 /// Splits "x [V]" into name and unit. Brackets with numbers, as in "gyro_rad[0]", are not units.
 [[nodiscard]] NamedColumn named_column(std::string_view header);
 
-/// @return the kind of sensor that is named in a text by "acc", "gyr", "mag", "temp" or similar;
+/// @return the kind of sensor that a text names, for example by "acc", "gyr", "mag" or "temp";
 ///         `other` if the text names no sensor.
 [[nodiscard]] SeriesKind sensor_kind_in(std::string_view words);
 

@@ -3,10 +3,10 @@
 
 #include "axiscal/core/setting.hpp"
 
-/// Names of the settings for reading a log. Error messages use them to name a remedy.
+/// Names of the settings for reading a log. Error messages state which setting solves the problem.
 namespace axiscal::settings {
 
-inline constexpr Setting log{"log"};                   ///< raw log that replaces observations
+inline constexpr Setting log{"log"};                   ///< raw log, read instead of observations
 inline constexpr Setting column_names{"log.columns"};  ///< names of the log's columns
 /// Limits on the cost of reading a file.
 inline constexpr Setting read_limit{"log.limits"};

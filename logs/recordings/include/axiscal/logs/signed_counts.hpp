@@ -16,7 +16,7 @@ struct SignedCounts {
 
 /// Looks for columns of signed counts that were printed unsigned. Such a column contains only whole
 /// numbers from 0 to 2^bits - 1, and at most 2 % of them are between 0.375 and 0.625 times 2^bits.
-/// At least two of the columns must have numbers both below and above this gap.
+/// At least two of the columns must contain numbers both below and above this range.
 /// @param samples  columns, all of the same length.
 /// @param fewest_bits  smallest width of the integers to look for [bits]. A width below 16 is safe
 ///                     only for the columns of an accelerometer, a gyroscope or a magnetometer,

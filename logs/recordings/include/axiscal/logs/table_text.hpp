@@ -13,8 +13,8 @@
 
 namespace axiscal {
 
-/// A table in any layout, converted to CSV text for a CsvReader. Each line has the same number as
-/// in the file.
+/// A table in any layout, converted to CSV text for a CsvReader. Each line keeps the line number
+/// that it has in the file.
 ///
 /// The class reads the same formats as LogFile: delimiters, decimal commas, preambles, encodings,
 /// compression, archives, spreadsheets, JSON and arrays. In contrast to LogFile the cells stay
@@ -43,9 +43,9 @@ class TableText {
   /// Makes a reader of the table. It can be called once, and the table must outlive the reader.
   ///
   /// @param known    names of the columns that the caller looks for. If no column has such a name,
-  ///                 the only column with a similar name is renamed to it. A similar name has a
-  ///                 unit or other capital letters. For the labels rest, fence, run and block, it
-  ///                 may also contain further words ("Rest face").
+  ///                 and exactly one column has a similar name, this column is renamed. A similar
+  ///                 name differs only by a unit or by capital letters. A name similar to rest,
+  ///                 fence, run or block may also contain further words ("Rest face").
   /// @param renamed  columns to rename, by their names with or without the unit.
   /// @throws DataError  if a column to rename does not exist, or if CsvReader's constructor throws
   ///                    it.
@@ -68,8 +68,8 @@ class TableText {
   /// @return the cells of the first rows, row by row; empty if the file is not text.
   [[nodiscard]] const std::vector<std::vector<std::string>>& first_cells() const;
 
-  /// @return the names of numeric columns whose names have no meaning, such as c1 or data_2,
-  ///         without the column of times.
+  /// @return the names of the numeric columns that have meaningless names, such as c1 or data_2.
+  ///         The column of times is excluded.
   [[nodiscard]] std::vector<std::string> unnamed_numbers() const;
 
   /// @return notes on the format of the table.

@@ -25,14 +25,14 @@ namespace axiscal {
 ///         similar.
 [[nodiscard]] bool is_missing(std::string_view cell);
 
-/// A number that is followed by a unit or has a separator of thousands, as people write it.
+/// A number that is followed by a unit or contains thousands separators.
 struct DecoratedNumber {
   double value;           ///< NaN if the cell does not contain such a number
   std::string_view unit;  ///< unit after the number, "g" in "0.34 g"; may be empty
-  bool is_grouped;        ///< true if its thousands are separated: "15,267"
+  bool is_grouped;        ///< true if the number has thousands separators: "15,267"
 };
 
-/// Reads a number that is followed by a unit or has separated thousands: "0.34 g", "15,267",
+/// Reads a number that is followed by a unit or contains thousands separators: "0.34 g", "15,267",
 /// "15'267.5 m/s^2".
 /// @param cell           text of a cell, which may be enclosed in quotes.
 /// @param decimal_comma  true if a comma is the decimal separator; dots then separate thousands.

@@ -26,9 +26,9 @@ struct TimeColumn {
                                                          const std::vector<std::string>& columns,
                                                          const std::string& name);
 
-/// @return the mean difference of successive times, without gaps; NaN if the times never increase.
-///         Steps of up to 20 times the mean are not gaps, because samples that arrive in bursts
-///         have many short steps and few long ones.
+/// @return the mean difference of successive times, excluding gaps; NaN if the times never
+///         increase. A step counts as a gap only if it is longer than 20 times the mean, because
+///         samples that arrive in bursts have many short steps and few long ones.
 [[nodiscard]] double usual_step(std::span<const double> times);
 
 /// The unit of a column of times.
@@ -41,8 +41,8 @@ struct TimeUnit {
 ///
 /// If the name of the column states a unit, it is used. Otherwise the first possible unit is used:
 /// - a unit of Xsens, if the column is its SampleTimeFine,
-/// - days, if the times can be those of a spreadsheet,
-/// - the unit in which the times, counted from 1970, are in the years 2001 to 2039,
+/// - days, if the times are plausible dates of a spreadsheet,
+/// - the unit for which the times, counted from the start of 1970, are in the years 2001 to 2039,
 /// - seconds, if they give a rate of 0.5 Hz to 1 MHz,
 /// - the only unit of s, ms, us and ns that gives a rate of 0.5 Hz to 2 kHz.
 ///
@@ -50,7 +50,7 @@ struct TimeUnit {
 /// unusual rate.
 ///
 /// @param path   path of the log, for messages.
-/// @param times  times of the log. Only the first times_that_settle_the_unit of them are used.
+/// @param times  times of the log. Only the first 4096 (times_that_settle_the_unit) are used.
 /// @throws DataError  if no unit or several units are possible; the message states the rate that
 ///                    each unit would give.
 [[nodiscard]] TimeUnit settle_time_unit(const std::string& path,
