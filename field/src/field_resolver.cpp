@@ -89,8 +89,8 @@ void FieldResolver::prepare() {
 void FieldResolver::resolve_by_value(const ReferenceField& field) {
   if (given_.magnitude && !(std::abs(*given_.magnitude / field.magnitude() - 1.0) <= 1e-9)) {
     throw SetupError(
-        formatted("field {}: the program's own field already has the magnitude {} {}; remove the "
-                  "stated magnitude, {}",
+        formatted("field {}: the field object of the program already has the magnitude {} {}; "
+                  "remove the magnitude {} from the settings",
                   field.kind(), number_text(field.magnitude()), field.unit(),
                   number_text(*given_.magnitude)));
   }

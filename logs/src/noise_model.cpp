@@ -333,10 +333,10 @@ std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
 }
 
 // Computes the interval of one coefficient from the profile of the deviance. For each value of this
-// coefficient, the profile is the smallest deviance over all values of the other coefficients and
-// all sets of the other kinds. For independent points, the deviance at the ends of a 95 % interval
-// is 3.84 above its minimum. The points of a curve are correlated, so larger rises are used
-// (rise_of()).
+// coefficient, the profile is the smallest deviance over all choices of the other kinds of noise in
+// the model and over all values of their coefficients. For independent points, the deviance at the
+// ends of a 95 % interval is 3.84 above its minimum. The points of a curve are correlated, so
+// larger rises are used (rise_of()).
 class Profile {
  public:
   // @param fixed  squares of the coefficients that are held fixed; 0 for the others.

@@ -12,8 +12,8 @@
 
 namespace axiscal {
 
-// Prior ranges of the parameters of mistakes (docs/method/mistakes.md). The ranges of a value's
-// error and of a drift are fractions of the full response.
+// Prior ranges of the parameters of the mistake models (docs/method/mistakes.md). The ranges for a
+// wrong value and for a drift are fractions of the full response.
 inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;

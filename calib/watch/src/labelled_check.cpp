@@ -227,8 +227,8 @@ DriftCheck check_labelled(const Calibration& record,
   }
   if (observations.response.cols() != m || n * m < m + 3) {
     throw RefusedError(formatted(
-        "too few readings ({}): they determine only the field's direction and the biases, without "
-        "a check. Take {} readings or more on different faces",
+        "too few readings ({}): they are just enough to compute the field's direction and the "
+        "biases, and none is left to check the record. Take {} readings or more on different faces",
         n, (m + 3 + m - 1) / m));
   }
   if (!observations.has_fence) {

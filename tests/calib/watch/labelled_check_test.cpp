@@ -267,7 +267,7 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
   EXPECT_THAT(
       refusal([](Calibration&, Observations& o) { o = select_rows(o, {0}); }),
       HasSubstr("too few readings (1): they determine only the field's direction and the biases, "
-                "without a check. Take 2 readings or more"));
+                "none is left to check the record. Take 2 readings or more"));
   EXPECT_THAT(refusal([](Calibration&, Observations& o) {
                 o = select_rows(o, {1, 1, 1});
               }),

@@ -129,9 +129,10 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
   } else if (effects.blocks.size() == 2) {
     estimate.notes.push_back(
         {NoteCode::conditions,
-         "the intervals of the biases include the differences between blocks, which two blocks "
-         "determine only roughly. With three blocks the intervals are about 2.5 times shorter, "
-         "with four blocks about 3 times"});
+         "the intervals of the biases allow for differences between blocks. Two blocks are too few "
+         "to estimate these differences well, so the intervals are wide. With three blocks they "
+         "are "
+         "about 2.5 times shorter, with four blocks about 3 times"});
   }
 }
 
