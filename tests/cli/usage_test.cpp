@@ -101,7 +101,7 @@ TEST(Usage, MistakesHaveStatusTwoAndAHint) {
   EXPECT_THAT(with({"--leave-out", "7,x"}), HasSubstr("--leave-out"));
   EXPECT_THAT(with({"--leave-out", "77"}), HasSubstr("run 77 cannot be left out"));
   EXPECT_THAT(with({"--axes", "x,,z"}), HasSubstr("--axes"));
-  EXPECT_THAT(with({"other.json"}), HasSubstr("only file"));
+  EXPECT_THAT(with({"other.json"}), HasSubstr("give no other file with it"));
   EXPECT_THAT(with({"--serial", "", "--json"}), HasSubstr("--serial: its value is empty"));
   EXPECT_THAT(with({"-o", ""}), HasSubstr("-o: its value is empty"));
   EXPECT_THAT(with({"-o", run}), HasSubstr("would be overwritten"));

@@ -97,9 +97,9 @@ void require_opposites(const SolidReference& reference) {
     });
     if (!has_pair) {
       throw RefusedError(formatted(
-          "slot {}: no reading has its opposite (same rest face, opposite fence face), so the "
-          "readings do not separate the table's slope from the cube's faces; also take each rest "
-          "face with the opposite fence face",
+          "slot {}: no reading has an opposite reading (same rest face, but the opposite fence "
+          "face), so the readings do not separate the table's slope from the cube's faces; repeat "
+          "the reading on each rest face with the opposite face at the fence",
           reference.slot));
     }
   }

@@ -565,7 +565,7 @@ TEST(Calibrate, RefusesAMagnitudeBesideAUsersOwnField) {
   experiment.field.magnitude = 2.0 * Centrifuge().magnitude();
   EXPECT_THAT(test::complaint_of<SetupError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
-              testing::HasSubstr("remove the stated magnitude"));
+              testing::HasSubstr("remove the magnitude 44.5439"));
 }
 
 TEST(Calibrate, SaysWhatItTookForTheMagnitude) {

@@ -523,8 +523,8 @@ TEST(Transfer, IsTheStraightLineAndSaysWhatItDoesNotSee) {
   EXPECT_EQ(statistics.degrees_of_freedom(0), n - 2.0);
   EXPECT_EQ(result.findings.status, CalibrationStatus::ok);
   EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr("v.sensitivity.x, v.sensitivity.y: these sensitivities are "
-                                      "not known, and are taken as 0")));
+              test::HasNote(HasSubstr("the sensitivities v.sensitivity.x, v.sensitivity.y are "
+                                      "unknown and are taken as 0")));
   EXPECT_TRUE(std::isnan(statistics.sensitivity_se(0, 0)));
   const std::string text = calibration_json(result);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);

@@ -172,7 +172,7 @@ TEST(ParseExperiment, RefusesWrongValues) {
   EXPECT_THAT(changed("/field/unit", "furlong"),
               HasSubstr("/field/unit: field gravity: the unit must be g or m/s^2"));
   EXPECT_THAT(changed("/field/in_table", {0, 0, 0}), HasSubstr("/field/in_table: must not be"));
-  EXPECT_THAT(changed("/site/date", "rubbish"), HasSubstr("/site/date: is neither"));
+  EXPECT_THAT(changed("/site/date", "rubbish"), HasSubstr("/site/date: must be a date"));
   EXPECT_THAT(changed("/method", "best"), HasSubstr("/method"));
   EXPECT_THAT(changed("/weights", 1), HasSubstr("/weights: must be a string"));
   EXPECT_THAT(changed("/leave_out", {1.5}), HasSubstr("/leave_out/0: must be a whole number"));
