@@ -180,21 +180,21 @@ def arguments_of(options: Mapping[str, Any], at: Optional[Files] = None) -> List
     return arguments
 
 
-def run(arguments: List[str], data: str = "", warns: bool = True) -> Output:
+def run(arguments: List[str], warns: bool = True) -> Output:
     """Runs a subcommand within this process. Notes go to the logger ``axiscal``.
 
     Set ``warns`` to false if the record also contains the warnings. The caller then issues them from the record.
     """
-    status, output, messages = _axiscal.run_subcommand(arguments, data)
+    status, output, messages = _axiscal.run_subcommand(arguments)
     tell(messages, warns)
     return Output(status, output, messages)
 
 
-def run_json(subcommand: str, *files_: Any, data: str = "", **options: Any) -> Any:
+def run_json(subcommand: str, *files_: Any, **options: Any) -> Any:
     """The JSON that a subcommand prints."""
     with files() as at:
         names = [str(at.of(one)) for one in files_]
-        return run([subcommand, *names, *arguments_of(options, at), "--json"], data).json()
+        return run([subcommand, *names, *arguments_of(options, at), "--json"]).json()
 
 
 def write(path: Any, content: bytes) -> None:

@@ -325,9 +325,3 @@ def csv_of(columns: Mapping[str, Any]) -> str:
             texts = [_cell(one) for one in array.tolist()]
         cells.append([_cell(name), *texts])
     return "\n".join(",".join(row) for row in zip(*cells)) + "\n"
-
-
-def table_and_axes(table: Any, axes: Optional[Sequence[str]]) -> Tuple[Dict[str, Array], List[str]]:
-    """The columns of a table of readings, and the names of those that are axes."""
-    columns = columns_of(table)
-    return columns, axes_of(columns, axes)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import datetime
 import functools
 import glob
+import json
 import os
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from . import _axiscal
 from ._messages import log, warn
-from ._options import Files, arguments_of, files, positional, run
+from ._options import Files, arguments_of, files, plain, positional, run
 from .arrays import (
     Array,
     Floats,
@@ -214,17 +215,24 @@ def _setup(instrument: Any, field: Any, options: Dict[str, Any]) -> Dict[str, An
 class _Input(NamedTuple):
     """The readings of a call: as a file or a text for the command, or as arrays."""
 
-    path: str
-    text: str
+    path: str  # of a file, or the name of a file with `text`
     options: Dict[str, Any]
+    text: str = ""
     readings: Optional[Floats] = None  # arrays, if the call needs no text
     columns: Dict[str, Any] = {}
     header: Dict[str, str] = {}  # the columns of the axes, if their names have units
 
+    def file(self, at: Files) -> str:
+        """The path of a file with the readings. The command looks ahead in a file, but not in a pipe."""
+        text = self.text
+        if self.readings is not None:
+            axes = self.options.get("axes") or ["x", "y", "z"]
+            names = [self.header.get(axis, axis) for axis in axes]
+            text = csv_of({**self.columns, **{name: self.readings[:, k] for k, name in enumerate(names)}})
+        return at.text(text, name=self.path) if text else self.path
+
     def arguments(self, at: Files) -> List[str]:
-        # The command looks ahead in a file, but not in a pipe.
-        path = at.text(self.text, name="readings.csv") if self.text else self.path
-        return [path, *arguments_of(self.options, at)]
+        return [self.file(at), *arguments_of(self.options, at)]
 
 
 def _names(axes: Any) -> List[str]:
@@ -240,7 +248,7 @@ def _labels(values: Any) -> Any:
     return [str(one) for one in values.tolist()]
 
 
-def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Files) -> _Input:
+def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any]) -> _Input:
     """What the command or the extension needs for readings of any form.
 
     Parameters
@@ -249,17 +257,16 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
         Columns that were given as keywords, such as rest and fence.
     """
     options = dict(options)
-    if options.get("axes") is not None and not isinstance(options["axes"], str):
-        options["axes"] = _names(options["axes"])
+    axes = None if options.get("axes") is None else _names(options["axes"])
+    if axes is not None:
+        options["axes"] = axes
     own_columns = isinstance(readings, (Experiment, str, bytes, os.PathLike))
     if own_columns and given:
         raise DomainError(f"{sorted(given)[0]}: a file or an experiment has its own columns; give the readings as an array")
     if isinstance(readings, Experiment):
-        return _Input(str(at.of(readings)), "", options)
+        return _Input("experiment.json", options, json.dumps(readings.document(), default=plain))
     if own_columns:
-        return _Input(positional(readings), "", options)
-    axes = options.get("axes")
-    axes = axes.split(",") if isinstance(axes, str) else axes
+        return _Input(positional(readings), options)
     # The field in each reading, from a field of the user's own.
     table_field = options.get("field_table")
     if table_field is not None and not isinstance(table_field, str) and array_of(table_field, "field").ndim == 2:
@@ -270,7 +277,6 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
     data: Optional[Floats] = None
     columns: Dict[str, Any]
     header: Dict[str, str] = {}  # the columns of the axes, as a table names them
-    native_unit: Optional[str] = None
     if isinstance(readings, Run) or is_frame(readings) or isinstance(readings, dict):
         run_ = readings if isinstance(readings, Run) else None
         columns = dict(run_.table() if run_ is not None else columns_of(readings))
@@ -293,8 +299,6 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
             if np.isfinite(found).all() and not any((one != one).any() for one in numbers):
                 data, columns = found, others
                 header = {axis: bare[axis] for axis in axes}
-                if unit is not None:
-                    native_unit = unit
     else:
         data = finite_matrix(readings)
         if data.shape[1] != 3 and axes is None:
@@ -315,9 +319,9 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
         and not ("time" in columns and columns["time"].dtype.kind in "OUS")
     )
     if is_native:
-        if native_unit is not None:
-            options["unit"] = native_unit
-        return _Input("-", "", options, data, columns, header)
+        if (unit := unit_of(list(header.values()))) is not None:
+            options["unit"] = unit
+        return _Input("readings.csv", options, readings=data, columns=columns, header=header)
     for name in columns:
         if name in ("run", "block", "mount", "confirm") and columns[name].dtype.kind == "f" and name in given:
             whole_column(columns[name], name)
@@ -325,7 +329,7 @@ def _input(readings: Any, given: Dict[str, Any], options: Dict[str, Any], at: Fi
             finite_column(columns[name], name)
     if data is not None and axes is not None:
         columns.update({header.get(axis, axis): data[:, k] for k, axis in enumerate(axes)})
-    return _Input("-", csv_of(columns), options)
+    return _Input("readings.csv", options, csv_of(columns))
 
 
 def _native(readings: Floats, columns: Dict[str, Any], options: Dict[str, Any]) -> Calibration:
@@ -434,13 +438,10 @@ def calibrate(
     """
     options = _setup(instrument, field, options)
     given = _given(rest, fence, options)
-    if not isinstance(readings, (Experiment, str, bytes, os.PathLike)):
-        # Arrays need no file. If they need one after all, _input() is called again with a folder.
-        made = _input(readings, given, options, Files(""))
-        if made.readings is not None:
-            return _tell(_native(made.readings, made.columns, made.options), force)
+    made = _input(readings, given, options)
+    if made.readings is not None:
+        return _tell(_native(made.readings, made.columns, made.options), force)
     with files() as at:
-        made = _input(readings, given, options, at)
         return _tell(_by_command(made.arguments(at), force, at), force)
 
 
@@ -517,17 +518,9 @@ def calibrate_slots(readings: Any, *, rest: Any = None, fence: Any = None, force
         If all calibrations are refused.
     """
     setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
+    made = _input(readings, _given(rest, fence, setup), setup)
     with files() as at:
-        made = _input(readings, _given(rest, fence, setup), setup, at)
-        if made.readings is not None:
-            made = made._replace(text=csv_of(_all_columns(made)))
         return _records(made.arguments(at), "record-{slot}.json", force, at)
-
-
-def _all_columns(made: _Input) -> Dict[str, Any]:
-    axes = made.options.get("axes") or ["x", "y", "z"]
-    readings = made.readings if made.readings is not None else np.empty((0, 0))
-    return {**made.columns, **{made.header.get(axis, axis): readings[:, k] for k, axis in enumerate(axes)}}
 
 
 def calibrate_imu(log_file: Any, *, force: bool = False, **options: Any) -> Dict[str, Calibration]:
@@ -583,10 +576,8 @@ def calibrate_units(readings: Any, *, force: bool = False, **options: Any) -> Li
         If all calibrations are refused.
     """
     setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
+    made = _input(readings, _given(None, None, setup), setup)
     with files() as at:
-        made = _input(readings, _given(None, None, setup), setup, at)
-        if made.readings is not None:
-            made = made._replace(text=csv_of(_all_columns(made)))
         return list(_records(made.arguments(at), "record-{serial}.json", force, at).values())
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from . import _axiscal
 from ._options import Files, Output, arguments_of, files, option_value, positional, run, run_json, write
-from .arrays import Array, Floats, Table, csv_of, same, table_of_csv, utc, vector
-from .calibrating import Experiment, _all_columns, _given, _input, _setup, log_path
+from .arrays import Array, Floats, Table, same, table_of_csv, utc, vector
+from .calibrating import Experiment, _given, _input, _setup, log_path
 from .calibration import Calibration, PathLike, _from_json, load
 from .errors import DomainError
 
@@ -270,8 +270,7 @@ def _new_readings(
         raise DomainError("readings: expected a table or an array, not an Experiment")
     is_array = not hasattr(readings, "table") and not hasattr(readings, "columns") and not isinstance(readings, dict)
     setup = {"axes": axes} if is_array and axes is not None else {}
-    made = _input(readings, _given(rest, fence, options), setup, at)
-    return at.text(made.text if made.readings is None else csv_of(_all_columns(made)), name="readings.csv")
+    return _input(readings, _given(rest, fence, options), setup).file(at)
 
 
 def history(records: Union[PathLike, Iterable[Union[Calibration, PathLike]]], **options: Any) -> Any:
