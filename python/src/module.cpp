@@ -93,6 +93,16 @@ void require_temperatures(const Rows& readings, const Rows& temperatures) {
   }
 }
 
+// @param temperatures  n x 1, or n x m if each axis has its own sensor; empty: returns nullopt.
+std::optional<SensorTemperature> temperature_of(const Rows& temperatures, Eigen::Index reading) {
+  if (temperatures.rows() == 0) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd own = temperatures.row(reading).transpose();
+  return own.size() == 1 ? SensorTemperature(own(0))
+                         : SensorTemperature(std::vector<double>(own.begin(), own.end()));
+}
+
 // Converts readings to the field.
 // @return n x 3 field components; for an instrument with m < 3 axes, n x m components.
 RowMajor apply(const Calibration& calibration,
@@ -105,61 +115,91 @@ RowMajor apply(const Calibration& calibration,
   require_temperatures(readings, temperatures);
   RowMajor result(readings.rows(), reducer.gives_components() ? 3 : axes);
   for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
-    const Eigen::MatrixXd piece = readings.middleRows(first, count);
-    const Eigen::MatrixXd temperature = piece_of(temperatures, first, count);
     if (reducer.gives_components()) {
-      result.middleRows(first, count) = reducer.reduce_rows(piece, temperature);
+      result.middleRows(first, count) = reducer.reduce_rows(readings.middleRows(first, count),
+                                                            piece_of(temperatures, first, count));
       return;
     }
-    for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index i = first; i < first + count; ++i) {
+      const std::optional<SensorTemperature> temperature = temperature_of(temperatures, i);
       for (Eigen::Index k = 0; k < axes; ++k) {
-        result(first + i, k) =
-            reducer
-                .reduce_axis(static_cast<std::size_t>(k), piece(i, k),
-                             temperature.rows() == 0 ? std::nullopt
-                                                     : std::optional<SensorTemperature>(temperature(
-                                                           i, temperature.cols() == 1 ? 0 : k)))
-                .component;
+        result(i, k) =
+            reducer.reduce_axis(static_cast<std::size_t>(k), readings(i, k), temperature).component;
       }
     }
   });
   return result;
 }
 
+// The flags of derived(), as bits.
+constexpr std::uint8_t clamped = 1;
+constexpr std::uint8_t extrapolated = 2;
+constexpr std::uint8_t undetermined = 4;
+
+std::uint8_t flags_if(bool is_clamped, bool is_extrapolated, bool is_undetermined = false) {
+  return static_cast<std::uint8_t>((is_clamped ? clamped : 0U) |
+                                   (is_extrapolated ? extrapolated : 0U) |
+                                   (is_undetermined ? undetermined : 0U));
+}
+
+// The names of derived() and their values, and a flag for each reading.
+struct DerivedRows {
+  std::vector<std::string> names;
+  RowMajor values;                  // n x number of names
+  std::vector<std::uint8_t> flags;  // n
+};
+
 // Like derived(), but for an instrument with fewer than three axes. Each derived value is the angle
 // of one axis.
-py::tuple angles_of_axes(const Calibration& calibration,
-                         const Reducer& reducer,
-                         const Rows& readings,
-                         const Rows& temperatures) {
-  std::vector<std::string> names;
-  for (const std::string& axis : calibration.sensor.instrument.axes) {
-    names.push_back(formatted("angle_{}_deg", axis));
-  }
-  RowMajor angles(readings.rows(), readings.cols());
-  std::vector<std::uint8_t> flags(static_cast<std::size_t>(readings.rows()), 0);
-  for (Eigen::Index i = 0; i < readings.rows(); ++i) {
-    for (Eigen::Index k = 0; k < readings.cols(); ++k) {
-      const std::optional<SensorTemperature> temperature =
-          temperatures.rows() == 0
-              ? std::nullopt
-              : std::optional<SensorTemperature>(temperatures(i, temperatures.cols() == 1 ? 0 : k));
-      const ReducedAxis axis =
-          reducer.reduce_axis(static_cast<std::size_t>(k), readings(i, k), temperature);
-      angles(i, k) = axis.angle_rad * deg_per_rad;
-      flags[static_cast<std::size_t>(i)] |=
-          static_cast<std::uint8_t>((axis.clamped ? 1U : 0U) | (axis.extrapolated ? 2U : 0U));
+void derive_angles_of_axes(const Reducer& reducer,
+                           const Rows& readings,
+                           const Rows& temperatures,
+                           DerivedRows& derived) {
+  for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
+    for (Eigen::Index i = first; i < first + count; ++i) {
+      const std::optional<SensorTemperature> temperature = temperature_of(temperatures, i);
+      for (Eigen::Index k = 0; k < readings.cols(); ++k) {
+        const ReducedAxis axis =
+            reducer.reduce_axis(static_cast<std::size_t>(k), readings(i, k), temperature);
+        derived.values(i, k) = axis.angle_rad * deg_per_rad;
+        derived.flags[static_cast<std::size_t>(i)] |= flags_if(axis.clamped, axis.extrapolated);
+      }
     }
-  }
-  return py::make_tuple(
-      names, angles,
-      py::array_t<std::uint8_t>(static_cast<py::ssize_t>(flags.size()), flags.data()));
+  });
+}
+
+// @param up  n x 3.
+void derive_from_field(const Reducer& reducer,
+                       const Rows& readings,
+                       const Rows& temperatures,
+                       const std::optional<Rows>& up,
+                       DerivedRows& derived) {
+  for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
+    std::vector<double> reading(reducer.axis_count());
+    for (Eigen::Index i = first; i < first + count; ++i) {
+      Eigen::VectorXd::Map(reading.data(), readings.cols()) = readings.row(i).transpose();
+      if (!readings.row(i).allFinite()) {
+        derived.values.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+        continue;
+      }
+      ReadingContext context{.temperature = temperature_of(temperatures, i)};
+      if (up) {
+        context.up = Eigen::Vector3d(up->row(i).transpose());
+      }
+      const ReducedReading reduced = reducer.reduce(reading, context);
+      for (Eigen::Index k = 0; k < derived.values.cols(); ++k) {
+        derived.values(i, k) = reduced.derived.values[static_cast<std::size_t>(k)];
+      }
+      derived.flags[static_cast<std::size_t>(i)] =
+          flags_if(reduced.derived.clamped, reduced.extrapolated, !reduced.determined);
+    }
+  });
 }
 
 // Computes the values that are derived from the field for this kind of instrument, such as pitch.
 // Returns the names of the d values, the values for each reading (n x d), and the flags of each
-// reading (n). Flags: 1: a value was clamped; 2: the temperature is outside the calibrated range;
-// 4: the reading does not determine the field.
+// reading (n): `clamped`: a value was clamped; `extrapolated`: the temperature is outside the
+// calibrated range; `undetermined`: the reading does not determine the field.
 // @param temperatures  n x 1 or n x m; empty: the reference temperature.
 // @param up            n x 3.
 py::tuple derived(const Calibration& calibration,
@@ -168,52 +208,34 @@ py::tuple derived(const Calibration& calibration,
                   const std::optional<Rows>& up,
                   bool force) {
   const Reducer reducer(calibration, {}, force ? Force::yes : Force::no);
-  const std::vector<std::string> names(reducer.kind().derived_names.begin(),
-                                       reducer.kind().derived_names.end());
   require_columns(readings, reducer.axis_count());
   require_temperatures(readings, temperatures);
-  if (!reducer.gives_components()) {
-    return angles_of_axes(calibration, reducer, readings, temperatures);
-  }
   if (up && (up->rows() != readings.rows() || up->cols() != 3)) {
     throw DomainError(formatted("up: expected an array of {} x 3, not of {} x {}", readings.rows(),
                                 up->rows(), up->cols()));
   }
-  RowMajor result(readings.rows(), static_cast<Eigen::Index>(names.size()));
-  std::vector<std::uint8_t> flags(static_cast<std::size_t>(readings.rows()), 0);
+  DerivedRows derived;
+  if (reducer.gives_components()) {
+    const auto& names = reducer.kind().derived_names;
+    derived.names.assign(names.begin(), names.end());
+  } else {
+    for (const std::string& axis : calibration.sensor.instrument.axes) {
+      derived.names.push_back(formatted("angle_{}_deg", axis));
+    }
+  }
+  derived.values.resize(readings.rows(), static_cast<Eigen::Index>(derived.names.size()));
+  derived.flags.assign(static_cast<std::size_t>(readings.rows()), 0);
   {
     const py::gil_scoped_release release;
-    for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
-      std::vector<double> reading(reducer.axis_count());
-      for (Eigen::Index i = first; i < first + count; ++i) {
-        Eigen::VectorXd::Map(reading.data(), readings.cols()) = readings.row(i).transpose();
-        if (!readings.row(i).allFinite()) {
-          result.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
-          continue;
-        }
-        ReadingContext context;
-        if (up) {
-          context.up = Eigen::Vector3d(up->row(i).transpose());
-        }
-        if (temperatures.rows() != 0) {
-          const Eigen::VectorXd own = temperatures.row(i).transpose();
-          context.temperature =
-              own.size() == 1 ? SensorTemperature(own(0))
-                              : SensorTemperature(std::vector<double>(own.begin(), own.end()));
-        }
-        const ReducedReading reduced = reducer.reduce(reading, context);
-        for (Eigen::Index k = 0; k < result.cols(); ++k) {
-          result(i, k) = reduced.derived.values[static_cast<std::size_t>(k)];
-        }
-        flags[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(
-            (reduced.derived.clamped ? 1U : 0U) | (reduced.extrapolated ? 2U : 0U) |
-            (reduced.determined ? 0U : 4U));
-      }
-    });
+    if (reducer.gives_components()) {
+      derive_from_field(reducer, readings, temperatures, up, derived);
+    } else {
+      derive_angles_of_axes(reducer, readings, temperatures, derived);
+    }
   }
-  return py::make_tuple(
-      names, result,
-      py::array_t<std::uint8_t>(static_cast<py::ssize_t>(flags.size()), flags.data()));
+  return py::make_tuple(derived.names, derived.values,
+                        py::array_t<std::uint8_t>(static_cast<py::ssize_t>(derived.flags.size()),
+                                                  derived.flags.data()));
 }
 
 // Makes an experiment from options of `axiscal calibrate`.
