@@ -333,7 +333,7 @@ Result calibrate(const Record& record) {
   return best;
 }
 
-/// Prints the results beside the published results of imu_tk.
+/// Prints the results next to the published results of imu_tk.
 /// @return true if every result agrees to half a unit of the last published digit.
 bool agrees_with_imu_tk(const Result& result) {
   bool equal = true;

@@ -182,7 +182,7 @@ class ScpiSource final : public Source {
   std::string name_;
   std::unique_ptr<ByteLink> link_;
   SampleClock clock_;
-  std::vector<double> factors_;  // for each channel: 1 / shunt resistance, or 1 if it has no shunt
+  std::vector<double> factors_;  // for each channel: 1 / shunt resistance, or 1 without a shunt
   std::vector<Channel> channels_;
   std::vector<std::string> commands_;
   std::string query_;

@@ -54,7 +54,7 @@ class WebPage {
   /// @return a watcher for an answer that is a stream.
   [[nodiscard]] Watcher watcher_for(const WebAnswer& answer) const;
 
-  /// @return the next message of the event stream to a browser; empty if there are no new data.
+  /// @return the next message of the event stream to a browser; empty without new data.
   [[nodiscard]] std::string news_for(Watcher& watcher) const;
 
   /// Stores a view of the session and its events, to be sent to all browsers.

@@ -40,7 +40,7 @@ struct SampleBatch {
   }
 };
 
-/// Whether a source is connected.
+/// True if a source is connected.
 enum class LinkState {
   waiting,  ///< not yet connected
   open,
@@ -53,7 +53,7 @@ struct SourceReport {
   LinkState state = LinkState::open;
   std::string message;      ///< the problem and the remedy; empty without a problem
   std::size_t defects = 0;  ///< number of invalid lines or frames since the last report
-  /// Number of repeated samples that were left out since the last report.
+  /// Number of repeated samples that the source omitted since the last report.
   std::size_t duplicates = 0;
   bool clock_stepped = false;  ///< true: the source's clock jumped; sample times were corrected
   std::size_t bytes = 0;       ///< number of received bytes since the last report
