@@ -40,7 +40,7 @@ struct SampleBatch {
   }
 };
 
-/// True if a source is connected.
+/// The state of the connection to a source.
 enum class LinkState {
   waiting,  ///< not yet connected
   open,
