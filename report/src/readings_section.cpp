@@ -160,7 +160,7 @@ std::string readings_table(const Calibration& calibration, const Observations* o
     rows.push_back(
         reading_row(calibration, all[i], observations, row, named.contains(all[i].run), button));
   }
-  constexpr std::size_t most_bytes = 1U << 20U;
+  constexpr std::size_t most_bytes = 1U << 18U;
   std::size_t bytes = 0;
   std::vector<std::size_t> listed;
   for (const std::size_t i : by_importance(calibration, named, in_cube)) {
