@@ -35,6 +35,7 @@ function(axiscal_add_module name)
   foreach(dependency IN LISTS arg_HEADER_ONLY_PRIVATE)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${dependency}>)
   endforeach()
+  axiscal_precompile(${target} axiscal_core)
   set_target_properties(
     ${target}
     PROPERTIES EXPORT_NAME ${name}
@@ -53,7 +54,23 @@ function(axiscal_add_module name)
   endforeach()
 endfunction()
 
-# axiscal_compile_fast(TARGET): compiles with -O1 in release builds, for code whose speed does not matter.
+# axiscal_precompile(TARGET FIRST): compiles the headers that most sources include only once, for the target FIRST. The
+# other targets need the same sanitizers, and either all or none are optimised. g++ would also need all other options to
+# be the same, so only clang uses precompiled headers.
+function(axiscal_precompile target first)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang" OR AXISCAL_INSTRUMENTATION)
+    return()
+  endif()
+  if(target STREQUAL first)
+    target_precompile_headers(${target} PRIVATE <Eigen/Dense> <algorithm> <functional> <map> <memory> <nlohmann/json.hpp>
+                                                <optional> <string> <utility> <vector>)
+  else()
+    target_precompile_headers(${target} REUSE_FROM ${first})
+  endif()
+endfunction()
+
+# axiscal_compile_fast(TARGET): compiles with -O1 in release builds, for code whose speed does not matter. With -O0 the
+# library would become slow too: the linker keeps one copy of each function of Eigen, and may keep the slow one.
 function(axiscal_compile_fast target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()

@@ -8,11 +8,13 @@ cd "$(dirname "$0")/.."
 
 scripts/dependencies.sh
 . scripts/jobs.sh
-# Without the data collector the build takes one eighth less time. Only the guided session needs the data collector.
+# The preset demo compiles without optimisation, and only the program that the steps below run. The preset release makes
+# the programs for work. The guided session needs it, and the data collector.
 preset=demo
-[ "${1:-}" != --guided ] || preset=release
+targets=axiscal
+[ "${1:-}" != --guided ] || { preset=release; targets="axiscal axiscal-acquire"; }
 cmake --preset $preset
-cmake --build --preset $preset --target axiscal
+cmake --build --preset $preset --target $targets
 work=build/demo/files
 mkdir -p "$work"
 axiscal=build/$preset/cli/axiscal

@@ -9,7 +9,6 @@
 #include <numeric>
 #include <set>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibrate.hpp"
@@ -24,6 +23,7 @@
 #include "axiscal/field/geomagnetic_field.hpp"
 #include "axiscal/logs/sample_rests.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
 #include "logs/src/rest_turns.hpp"
 
@@ -112,12 +112,10 @@ double spread_of(const Eigen::MatrixX3d& ups) {
   Eigen::MatrixXd J(ups.rows(), 9);
   J << ups, ups.cwiseAbs2(), ups.col(0).cwiseProduct(ups.col(1)),
       ups.col(1).cwiseProduct(ups.col(2)), ups.col(2).cwiseProduct(ups.col(0));
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(J.transpose() * J);
+  const PositiveFactor factor(J.transpose() * J);
   constexpr double open_below = 1e-9;
-  if (!(ldlt.vectorD().minCoeff() > open_below * ldlt.vectorD().maxCoeff())) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return std::sqrt(ldlt.solve(Eigen::MatrixXd::Identity(9, 9)).trace());
+  return factor.is_determined(open_below) ? std::sqrt(factor.inverse().trace())
+                                          : std::numeric_limits<double>::infinity();
 }
 
 // The quality of the rests that are detected with one threshold. The expected error of the

@@ -8,11 +8,10 @@
 #include <numbers>
 #include <optional>
 
-#include <Eigen/QR>
-
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {
@@ -199,14 +198,11 @@ class CurveDeviance {
                                                     const Eigen::VectorXd& given,
                                                     const Eigen::VectorXd& V) const {
     const Eigen::VectorXd weights = nu_.cwiseSqrt().cwiseQuotient(V);
-    Eigen::MatrixXd part = weights.asDiagonal() * own;
-    const Eigen::VectorXd lengths = part.colwise().norm();
-    part = part * lengths.cwiseInverse().asDiagonal();
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(part);
-    if (qr.rank() < part.cols()) {
+    const Factor factor(weights.asDiagonal() * own);
+    if (!factor.has_full_rank()) {
       return std::nullopt;
     }
-    return qr.solve(weights.cwiseProduct(variance_ - given)).cwiseQuotient(lengths);
+    return factor.solve(weights.cwiseProduct(variance_ - given));
   }
 
   Eigen::MatrixXd A_;         // modelled variances for coefficients of 1; points x kinds

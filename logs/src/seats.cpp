@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/median.hpp"
@@ -17,6 +16,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
 
 namespace axiscal {
@@ -186,13 +186,13 @@ std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
     const Eigen::Matrix3d R = entry.level.of_all() * rotation_positioner_from_table(entry.point);
     J.row(i) << 1.0, R.reshaped().transpose();
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J);
-  const Eigen::Index left = means.rows() - qr.rank();
+  const auto [inverse, rank] = pseudo_inverse_with_rank(J);
+  const Eigen::Index left = means.rows() - rank;
   const double range = (means.colwise().maxCoeff() - means.colwise().minCoeff()).maxCoeff();
   if (left < 1 || !(range > 0.0)) {
     return std::nullopt;
   }
-  const Eigen::MatrixXd residuals = means - J * qr.solve(means);
+  const Eigen::MatrixXd residuals = means - J * (inverse * means);
   return std::sqrt(residuals.squaredNorm() / static_cast<double>(left * means.cols())) / range;
 }
 

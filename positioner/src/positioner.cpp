@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
@@ -99,8 +99,12 @@ void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces
 
 void check_normal_covariance(const NormalCovariance& C) {
   const double size = C.cwiseAbs().maxCoeff();
-  if (!C.allFinite() || !((C - C.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * size) ||
-      !(Eigen::SelfAdjointEigenSolver<NormalCovariance>(C).eigenvalues()(0) >= -1e-9 * size)) {
+  const double rounding = 1e-9 * size;
+  // C has no eigenvalue below -rounding if the matrix with a larger diagonal has a Cholesky factor.
+  Eigen::MatrixXd raised = C;
+  raised.diagonal().array() += rounding;
+  if (!C.allFinite() || !((C - C.transpose()).cwiseAbs().maxCoeff() <= rounding) ||
+      (size > 0.0 && Eigen::LLT<Eigen::MatrixXd>(raised).info() != Eigen::Success)) {
     throw DomainError("normal_covariance must be symmetric without negative eigenvalues");
   }
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
@@ -19,8 +20,8 @@ namespace {
 // norm of its column remains after projection off the other columns.
 constexpr double open_below = 1e-11;
 
-// The matrices and errors of one axis at the d readings that are left out.
-struct AxisLeftOut {
+// The matrices of a design at the d readings that are left out.
+struct DesignLeftOut {
   // Returns the product K B. K is the matrix (1 - Q Q^T)^-1 = 1 + Q M Q^T.
   [[nodiscard]] Eigen::MatrixXd times_K(const Eigen::MatrixXd& B) const {
     return B + Q * (M * (Q.transpose() * B));
@@ -29,8 +30,13 @@ struct AxisLeftOut {
     return 1.0 + (Q * M).cwiseProduct(Q).rowwise().sum().array();
   }
 
-  Eigen::MatrixXd Q;       // d x p: rows of the orthonormal basis of the design
-  Eigen::MatrixXd M;       // p x p: (1 - Q^T Q)^-1
+  Eigen::MatrixXd Q;  // d x p: rows of the orthonormal basis of the design
+  Eigen::MatrixXd M;  // p x p: (1 - Q^T Q)^-1
+};
+
+// The matrices and errors of one axis at the d readings that are left out.
+struct AxisLeftOut {
+  std::shared_ptr<const DesignLeftOut> design;  // shared by the axes of one design
   Eigen::VectorXd errors;  // d: prediction errors before a step of the shared unknowns
   // d x s: minus the derivatives of `errors` with respect to the shared unknowns
   Eigen::MatrixXd shared;
@@ -47,19 +53,15 @@ struct Others {
   SharedFit fit;
 };
 
-std::optional<AxisLeftOut> left_out_of(const AxisSolution& axis,
-                                       const std::vector<Eigen::Index>& rows) {
-  AxisLeftOut left;
-  left.Q = axis.design->basis()(rows, Eigen::all);
-  const Eigen::Index p = left.Q.cols();
-  const PositiveFactor factor(Eigen::MatrixXd::Identity(p, p) - left.Q.transpose() * left.Q);
-  if (!factor.is_determined(open_below)) {
-    return std::nullopt;
-  }
-  left.M = factor.inverse();
-  left.errors = left.times_K(axis.residuals(rows));
-  left.shared = left.times_K(axis.projected(rows, Eigen::all));
-  return left;
+// Returns a null pointer if the remaining readings do not determine all coefficients.
+std::shared_ptr<const DesignLeftOut> left_out_of(const FactoredDesign& design,
+                                                 const std::vector<Eigen::Index>& rows) {
+  const Eigen::MatrixXd Q = design.basis()(rows, Eigen::all);
+  const Eigen::Index p = Q.cols();
+  const PositiveFactor factor(Eigen::MatrixXd::Identity(p, p) - Q.transpose() * Q);
+  return factor.is_determined(open_below)
+             ? std::make_shared<const DesignLeftOut>(DesignLeftOut{.Q = Q, .M = factor.inverse()})
+             : nullptr;
 }
 
 std::optional<Others> others_of(const Solution& solution,
@@ -74,18 +76,22 @@ std::optional<Others> others_of(const Solution& solution,
   Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());
   // the same squared norms after projection off the columns that only one axis has
   Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());
+  std::shared_ptr<const DesignLeftOut> design;
   for (const AxisSolution& axis : solution.axes) {
     const auto k = static_cast<Eigen::Index>(sums.size());
-    std::optional<AxisLeftOut> own = left_out_of(axis, rows);
-    if (!own) {
+    const bool is_same = k > 0 && axis.design == solution.axes[sums.size() - 1].design;
+    design = is_same ? design : left_out_of(*axis.design, rows);
+    if (!design) {
       return std::nullopt;
     }
     const Eigen::MatrixXd projected = axis.projected(rows, Eigen::all);
     const Eigen::VectorXd residuals = axis.residuals(rows);
+    const AxisLeftOut& own = others.axes.emplace_back(
+        AxisLeftOut{design, design->times_K(residuals), design->times_K(projected)});
     ResponseSums& of_axis = sums.emplace_back(axis.sums);
-    of_axis.information -= projected.transpose() * own->shared;
-    of_axis.gradient -= projected.transpose() * own->errors;
-    of_axis.squares = std::max(of_axis.squares - residuals.dot(own->errors), 0.0);
+    of_axis.information -= projected.transpose() * own.shared;
+    of_axis.gradient -= projected.transpose() * own.errors;
+    of_axis.squares = std::max(of_axis.squares - residuals.dot(own.errors), 0.0);
     of_axis.degrees_of_freedom -=
         static_cast<double>((axis.root_weights()(rows).array() > 0.0).count());
     start(k) = std::max({of_axis.squares / std::max(of_axis.degrees_of_freedom, 1.0), smallest(k),
@@ -93,7 +99,6 @@ std::optional<Others> others_of(const Solution& solution,
     const Eigen::MatrixXd shared = axis.shared(rows, Eigen::all);
     all += (axis.shared_squares - shared.colwise().squaredNorm().transpose()) / start(k);
     left += of_axis.information.diagonal() / start(k);
-    others.axes.push_back(*std::move(own));
   }
   if (!(left.array() > open_below * all.array()).all()) {
     return std::nullopt;
@@ -127,7 +132,7 @@ std::optional<ContrastError> contrast_error(const Others& others,
   const Eigen::MatrixXd shared = C * axis.shared;
   return ContrastError{.error = C * others.errors(k),
                        .covariance = others.fit.variance(static_cast<Eigen::Index>(k)) *
-                                         (C * axis.times_K(C.transpose())) +
+                                         (C * axis.design->times_K(C.transpose())) +
                                      shared * others.fit.covariance * shared.transpose()};
 }
 
@@ -141,10 +146,11 @@ void add_others(const AxisSolution& axis,
   const AxisLeftOut& own = others.axes[k];
   const double variance = others.fit.variance(static_cast<Eigen::Index>(k));
   const Eigen::MatrixXd& Q = axis.design->basis();
+  const auto& [Q_left, M] = *own.design;
   const Eigen::VectorXd left = axis.residuals - axis.projected * others.fit.estimate +
-                               Q * (own.Q.transpose() * others.errors(k));
-  const Eigen::MatrixXd P = axis.projected + Q * (own.Q.transpose() * own.shared);
-  const Eigen::VectorXd of_own = (Q * own.M).cwiseProduct(Q).rowwise().sum();
+                               Q * (Q_left.transpose() * others.errors(k));
+  const Eigen::MatrixXd P = axis.projected + Q * (Q_left.transpose() * own.shared);
+  const Eigen::VectorXd of_own = (Q * M).cwiseProduct(Q).rowwise().sum();
   const Eigen::VectorXd of_shared =
       (P * others.fit.covariance).cwiseProduct(P).rowwise().sum() / variance;
   for (Eigen::Index i = 0; i < left.size(); ++i) {
@@ -249,7 +255,7 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
     const AxisLeftOut& own = others->axes[axis];
     const Eigen::VectorXd errors = others->errors(axis);
     const Eigen::VectorXd variances =
-        others->fit.variance(k) * own.diagonal_of_K() +
+        others->fit.variance(k) * own.design->diagonal_of_K() +
         (own.shared * others->fit.covariance).cwiseProduct(own.shared).rowwise().sum();
     for (std::size_t i = 0; i < readings.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);

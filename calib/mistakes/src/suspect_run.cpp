@@ -2,6 +2,7 @@
 #include "calib/mistakes/src/suspect_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -71,15 +72,29 @@ void SuspectRun::fit_pair_deletions() {
       }
     }
   }
-  best_pair_ = {};
+  struct Pair {
+    std::array<std::size_t, 2> readings;
+    double drop;  // decrease of the sum of squares without them, in the linearised model
+  };
+  std::vector<Pair> pairs;
   for (std::size_t a = 0; a < candidates.size(); ++a) {
     for (std::size_t b = a + 1; b < candidates.size(); ++b) {
-      HypothesisFit fit = fitter_.fit(set_, {candidates[a], candidates[b]});
-      fit.forget_readings();
-      if (fit.fitted && (!best_pair_.fitted || fit.total() < best_pair_.total())) {
-        best_pair_ = std::move(fit);
-        pair_ = {candidates[a], candidates[b]};
-      }
+      const std::array<std::size_t, 2> readings = {candidates[a], candidates[b]};
+      pairs.push_back({readings, rss_drop_without_readings(plain_, readings)});
+    }
+  }
+  constexpr std::size_t most_fitted = 12;
+  const std::size_t fitted = std::min(most_fitted, pairs.size());
+  std::partial_sort(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(fitted), pairs.end(),
+                    [](const Pair& a, const Pair& b) { return a.drop > b.drop; });
+  pairs.resize(fitted);
+  best_pair_ = {};
+  for (const Pair& pair : pairs) {
+    HypothesisFit fit = fitter_.fit(set_, {pair.readings.begin(), pair.readings.end()});
+    fit.forget_readings();
+    if (fit.fitted && (!best_pair_.fitted || fit.total() < best_pair_.total())) {
+      best_pair_ = std::move(fit);
+      pair_ = pair.readings;
     }
   }
 }

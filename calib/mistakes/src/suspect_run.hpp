@@ -64,9 +64,9 @@ class SuspectRun {
 
   void fit_single_deletions();
 
-  /// Fits the run without each pair of readings. If the run has many readings, only pairs of
-  /// candidates are tried: the readings whose deletion reduces the sum of squares most, and the
-  /// readings with the largest residuals.
+  /// Finds the best pair of readings to leave out. Candidates are the readings whose deletion
+  /// reduces the sum of squares most, and the readings with the largest residuals. Their pairs are
+  /// ranked by the linearised model, and the first ones are fitted.
   void fit_pair_deletions();
 
   /// Sets the scale of each axis to its scatter in `clean`, and repeats all fits.

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "axiscal/core/error.hpp"
@@ -98,6 +99,10 @@ std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::Mat
   return open_columns(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(design * scale.asDiagonal()));
 }
 
+struct FactoredDesign::Pivoted : Eigen::ColPivHouseholderQR<Eigen::MatrixXd> {
+  using ColPivHouseholderQR::ColPivHouseholderQR;
+};
+
 FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                const Eigen::Ref<const Eigen::VectorXd>& weights,
                                const DesignNames& names) {
@@ -132,7 +137,8 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   scaled_ = root_weights_.asDiagonal() * design;
   scale_ = column_scales(scaled_);
   scaled_ *= scale_.asDiagonal();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr = qr_.emplace(scaled_);
+  qr_ = std::make_shared<const Pivoted>(scaled_);
+  const Pivoted& qr = *qr_;
   std::vector<Eigen::Index> open = open_columns(qr);
   if (!open.empty()) {
     return open;

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 
 #include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/export.hpp"
@@ -131,8 +130,8 @@ class AXISCAL_EXPORT FactoredDesign {
   Eigen::VectorXd root_weights_;
   Eigen::MatrixXd scaled_;  // W^1/2 X with columns scaled by powers of two
   Eigen::VectorXd scale_;   // the powers of two
-  // QR of scaled_; kept only if solutions are refined
-  std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> qr_;
+  struct Pivoted;
+  std::shared_ptr<const Pivoted> qr_;  // QR of scaled_; kept only if solutions are refined
   Eigen::MatrixXd R_;      // p x p: factor R of scaled_ P, where P sorts columns by pivot
   Eigen::MatrixXd root_;   // p x p: P R^-1
   Eigen::MatrixXd basis_;  // n x p: factor Q of scaled_ P
