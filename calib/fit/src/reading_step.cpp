@@ -81,7 +81,10 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
   for (std::size_t i = 1; i < distinct.size() && in_gaps < 1.5; ++i) {
     in_gaps = (distinct[i] - distinct.front()) / gap;
   }
-  for (int part = 1; static_cast<double>(part) <= steps_tried; ++part) {
+  // A step below 10 tolerances is refused. The search ends at half of this, because the steps that
+  // it tries are not yet adjusted to all differences.
+  const double smallest_tried = 5.0 * tolerance;
+  for (int part = 1; static_cast<double>(part) <= steps_tried && gap / part >= smallest_tried; ++part) {
     double step = gap / part;
     const double count_of_first = in_gaps * part;
     const double off = std::abs(count_of_first - nearest(count_of_first)) * step;

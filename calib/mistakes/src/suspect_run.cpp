@@ -72,31 +72,35 @@ void SuspectRun::fit_pair_deletions() {
       }
     }
   }
-  struct Pair {
-    std::array<std::size_t, 2> readings;
-    double drop;  // decrease of the sum of squares without them, in the linearised model
-  };
-  std::vector<Pair> pairs;
-  for (std::size_t a = 0; a < candidates.size(); ++a) {
-    for (std::size_t b = a + 1; b < candidates.size(); ++b) {
-      const std::array<std::size_t, 2> readings = {candidates[a], candidates[b]};
-      pairs.push_back({readings, rss_drop_without_readings(plain_, readings)});
-    }
-  }
-  constexpr std::size_t most_fitted = 12;
-  const std::size_t fitted = std::min(most_fitted, pairs.size());
-  std::partial_sort(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(fitted), pairs.end(),
-                    [](const Pair& a, const Pair& b) { return a.drop > b.drop; });
-  pairs.resize(fitted);
   best_pair_ = {};
-  for (const Pair& pair : pairs) {
-    HypothesisFit fit = fitter_.fit(set_, {pair.readings.begin(), pair.readings.end()});
+  for (const ReadingPair& pair : pairs_to_fit(candidates)) {
+    HypothesisFit fit = fitter_.fit(set_, {pair.begin(), pair.end()});
     fit.forget_readings();
     if (fit.fitted && (!best_pair_.fitted || fit.total() < best_pair_.total())) {
       best_pair_ = std::move(fit);
-      pair_ = pair.readings;
+      pair_ = pair;
     }
   }
+}
+
+std::vector<ReadingPair> SuspectRun::pairs_to_fit(
+    const std::vector<std::size_t>& candidates) const {
+  std::vector<std::pair<double, ReadingPair>> ranked;  // with the decrease of the sum of squares
+  for (std::size_t a = 0; a < candidates.size(); ++a) {
+    for (std::size_t b = a + 1; b < candidates.size(); ++b) {
+      const ReadingPair pair = {candidates[a], candidates[b]};
+      ranked.emplace_back(rss_drop_without_readings(plain_, pair), pair);
+    }
+  }
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  constexpr std::size_t most = 12;
+  ranked.resize(std::min(most, ranked.size()));
+  std::vector<ReadingPair> pairs;
+  for (const auto& [drop, pair] : ranked) {
+    pairs.push_back(pair);
+  }
+  return pairs;
 }
 
 void SuspectRun::weigh_axes_by(const HypothesisFit& clean) {

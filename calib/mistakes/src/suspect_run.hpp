@@ -14,6 +14,9 @@
 
 namespace axiscal {
 
+/// Indices of two readings.
+using ReadingPair = std::array<std::size_t, 2>;
+
 /// A run that may contain a mistake, with the fit of all readings and the fits without one or two
 /// readings.
 ///
@@ -60,14 +63,18 @@ class SuspectRun {
 
   /// The best fit without two readings, and the indices of these two readings.
   [[nodiscard]] const HypothesisFit& best_pair() const { return best_pair_; }
-  [[nodiscard]] const std::array<std::size_t, 2>& pair() const { return pair_; }
+  [[nodiscard]] const ReadingPair& pair() const { return pair_; }
 
   void fit_single_deletions();
 
   /// Finds the best pair of readings to leave out. Candidates are the readings whose deletion
-  /// reduces the sum of squares most, and the readings with the largest residuals. Their pairs are
-  /// ranked by the linearised model, and the first ones are fitted.
+  /// reduces the sum of squares most, and the readings with the largest residuals.
   void fit_pair_deletions();
+
+  /// @return at most 12 pairs of the candidates: those without which the sum of squares would be
+  ///         smallest, to first order. A mistake in both readings of a pair is sought only in these.
+  [[nodiscard]] std::vector<ReadingPair> pairs_to_fit(
+      const std::vector<std::size_t>& candidates) const;
 
   /// Sets the scale of each axis to its scatter in `clean`, and repeats all fits.
   /// @param clean  a fit without the worst readings.
@@ -116,7 +123,7 @@ class SuspectRun {
   std::vector<HypothesisFit> deletions_;
   std::vector<std::size_t> by_deletion_;
   HypothesisFit best_pair_;
-  std::array<std::size_t, 2> pair_{};
+  ReadingPair pair_{};
 };
 
 /// Returns c^T M^-1 c, by a Cholesky factorisation without pivoting. Returns 0 if a pivot is not

@@ -26,29 +26,26 @@ void explain_by_exchange(const SuspectRun& run, Explanations& found) {
     return some;
   }();
   const auto pairs = 0.5 * static_cast<double>(run.n()) * static_cast<double>(run.n() - 1);
-  for (std::size_t a = 0; a < candidates.size(); ++a) {
-    for (std::size_t b = a + 1; b < candidates.size(); ++b) {
-      const std::size_t i = std::min(candidates[a], candidates[b]);
-      const std::size_t j = std::max(candidates[a], candidates[b]);
-      const DesignPoint& first = *run.set().readings[i].point;
-      const DesignPoint& second = *run.set().readings[j].point;
-      if (first == second) {
-        continue;
-      }
-      ReadingSet set = run.set();
-      set.response.row(static_cast<Eigen::Index>(i)) =
-          run.set().response.row(static_cast<Eigen::Index>(j));
-      set.response.row(static_cast<Eigen::Index>(j)) =
-          run.set().response.row(static_cast<Eigen::Index>(i));
-      Correction correction = about(run, WarningCode::exchanged, {i, j});
-      correction.responses = {
-          {run.run_of(i), run.set().response.row(static_cast<Eigen::Index>(j))},
-          {run.run_of(j), run.set().response.row(static_cast<Eigen::Index>(i))}};
-      found.add(
-          run.fitter().fit(set), {}, pairs, std::move(correction),
-          std::string("with their readings exchanged") +
-              (first.turned_round() == second ? " (or both with the opposite fence face)" : ""));
+  for (const auto& [a, b] : run.pairs_to_fit(candidates)) {
+    const std::size_t i = std::min(a, b);
+    const std::size_t j = std::max(a, b);
+    const DesignPoint& first = *run.set().readings[i].point;
+    const DesignPoint& second = *run.set().readings[j].point;
+    if (first == second) {
+      continue;
     }
+    ReadingSet set = run.set();
+    set.response.row(static_cast<Eigen::Index>(i)) =
+        run.set().response.row(static_cast<Eigen::Index>(j));
+    set.response.row(static_cast<Eigen::Index>(j)) =
+        run.set().response.row(static_cast<Eigen::Index>(i));
+    Correction correction = about(run, WarningCode::exchanged, {i, j});
+    correction.responses = {{run.run_of(i), run.set().response.row(static_cast<Eigen::Index>(j))},
+                            {run.run_of(j), run.set().response.row(static_cast<Eigen::Index>(i))}};
+    found.add(
+        run.fitter().fit(set), {}, pairs, std::move(correction),
+        std::string("with their readings exchanged") +
+            (first.turned_round() == second ? " (or both with the opposite fence face)" : ""));
   }
 }
 
