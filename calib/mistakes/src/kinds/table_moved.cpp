@@ -76,19 +76,18 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
 }
 
 // Returns the cuts to fit, as indices in run.order() of the first reading after a possible movement
-// of the table. They are the cuts that reduce the sum of squares most, to first order. If the field
-// is known, the result is empty.
+// of the table. If a run has too many cuts, only those that reduce the sum of squares most are
+// returned. If the field is known, the result is empty.
 std::vector<std::size_t> cuts_of(const SuspectRun& run) {
   std::vector<std::size_t> all;
   for (std::size_t cut = 1; cut < run.count() && !run.fitter().known_field(); ++cut) {
     all.push_back(cut);
   }
-  constexpr std::size_t most = 8;
-  if (all.size() > most) {
+  if (all.size() > SuspectRun::each_is_fitted) {
     const std::vector<double> drops = drops_with_table_moved(run, run.plain());
     std::stable_sort(all.begin(), all.end(),
                      [&](std::size_t a, std::size_t b) { return drops[a] > drops[b]; });
-    all.resize(most);
+    all.resize(run.max_candidate_fits());
     std::sort(all.begin(), all.end());
   }
   return all;
