@@ -8,13 +8,13 @@ cd "$(dirname "$0")/.."
 
 scripts/dependencies.sh
 . scripts/jobs.sh
-# The preset demo compiles without optimisation, and only the program that the steps below run. The preset release makes
-# the programs for work. The guided session needs it, and the data collector.
+# The preset demo compiles soonest, because it does not optimise. The steps below run only the program axiscal. The guided
+# session also needs the data collector.
 preset=demo
-targets=axiscal
-[ "${1:-}" != --guided ] || { preset=release; targets="axiscal axiscal-acquire"; }
+target=axiscal
+[ "${1:-}" != --guided ] || { preset=release; target=axiscal_and_programs; }
 cmake --preset $preset
-cmake --build --preset $preset --target $targets
+cmake --build --preset $preset --target $target
 work=build/demo/files
 mkdir -p "$work"
 axiscal=build/$preset/cli/axiscal

@@ -100,7 +100,7 @@ void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces
 void check_normal_covariance(const NormalCovariance& C) {
   const double size = C.cwiseAbs().maxCoeff();
   const double rounding = 1e-9 * size;
-  // C has no eigenvalue below -rounding if the matrix with a larger diagonal has a Cholesky factor.
+  // The Cholesky factorisation succeeds if every eigenvalue of C is above -rounding.
   Eigen::MatrixXd raised = C;
   raised.diagonal().array() += rounding;
   if (!C.allFinite() || !((C - C.transpose()).cwiseAbs().maxCoeff() <= rounding) ||

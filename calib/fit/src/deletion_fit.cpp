@@ -20,7 +20,7 @@ namespace {
 // norm of its column remains after projection off the other columns.
 constexpr double open_below = 1e-11;
 
-// The matrices of a design at the d readings that are left out.
+// Matrices for the deletion of d readings from a design.
 struct DesignLeftOut {
   // Returns the product K B. K is the matrix (1 - Q Q^T)^-1 = 1 + Q M Q^T.
   [[nodiscard]] Eigen::MatrixXd times_K(const Eigen::MatrixXd& B) const {
@@ -34,7 +34,7 @@ struct DesignLeftOut {
   Eigen::MatrixXd M;  // p x p: (1 - Q^T Q)^-1
 };
 
-// The matrices and errors of one axis at the d readings that are left out.
+// Matrices and errors for the deletion of d readings from one axis.
 struct AxisLeftOut {
   std::shared_ptr<const DesignLeftOut> design;  // shared by the axes of one design
   Eigen::VectorXd errors;  // d: prediction errors before a step of the shared unknowns

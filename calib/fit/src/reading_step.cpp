@@ -81,11 +81,13 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
   for (std::size_t i = 1; i < distinct.size() && in_gaps < 1.5; ++i) {
     in_gaps = (distinct[i] - distinct.front()) / gap;
   }
-  // A step below 10 tolerances is refused. The search ends at half of this, because the steps that
-  // it tries are not yet adjusted to all differences.
-  const double smallest_tried = 5.0 * tolerance;
-  for (int part = 1; static_cast<double>(part) <= steps_tried && gap / part >= smallest_tried; ++part) {
+  const double smallest_step = 10.0 * tolerance;
+  for (int part = 1; static_cast<double>(part) <= steps_tried; ++part) {
     double step = gap / part;
+    // Rounding changes a gap by at most 2 tolerances, so a fraction this small is not a step.
+    if (step < 0.5 * smallest_step) {
+      break;
+    }
     const double count_of_first = in_gaps * part;
     const double off = std::abs(count_of_first - nearest(count_of_first)) * step;
     constexpr double safely = 8.0;  // margin; excludes no step that would pass the test below
@@ -109,7 +111,7 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
       step = fits ? products / squares : step;
       unsure = 2.0 * tolerance * std::sqrt(static_cast<double>(i) / squares);
     }
-    fits = fits && step >= 10.0 * tolerance &&
+    fits = fits && step >= smallest_step &&
            std::all_of(distinct.begin(), distinct.end(), [&](double value) {
              const double difference = value - distinct.front();
              return std::abs(difference - step * nearest(difference / step)) <= 2.0 * tolerance;

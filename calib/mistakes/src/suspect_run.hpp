@@ -72,7 +72,8 @@ class SuspectRun {
   void fit_pair_deletions();
 
   /// @return at most 12 pairs of the candidates: those without which the sum of squares would be
-  ///         smallest, to first order. A mistake in both readings of a pair is sought only in these.
+  ///         smallest, to first order. A mistake in both readings of a pair is sought only in
+  ///         these.
   [[nodiscard]] std::vector<ReadingPair> pairs_to_fit(
       const std::vector<std::size_t>& candidates) const;
 
