@@ -161,6 +161,9 @@ bool gather_rests(const std::string& instrument, Run& run) {
                                      ? formatted(", and {} samples outside the rests are left out",
                                                  run.observations.readings.size() - rests->samples)
                                      : ""));
+  if (!rests->unsettled.empty()) {
+    print_remark("warning", rests->unsettled);
+  }
   std::vector<std::size_t> rows_of_inputs;
   std::size_t end = 0;
   for (const std::size_t rows : run.rows_of_inputs) {

@@ -26,6 +26,7 @@
 #include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
 #include "logs/src/rest_turns.hpp"
+#include "logs/src/unsettled_rests.hpp"
 
 namespace axiscal {
 namespace {
@@ -330,7 +331,7 @@ class ImuCalibrator {
   }
 
  private:
-  // Adds the warnings about the log and about the poses of the instrument to a record.
+  // Adds the warnings and notes about the log and about the poses of the instrument to a record.
   void warn(Calibration& record) const {
     const auto add = [&](WarningCode code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
@@ -339,6 +340,9 @@ class ImuCalibrator {
       }
     };
     add(WarningCode::log, result_.rests.warnings);
+    for (const std::string& note : settling_notes_) {
+      record.findings.notes.push_back({NoteCode::input, note});
+    }
     if (result_.seats) {
       add(WarningCode::seat, result_.seats->messages);
     }
@@ -364,7 +368,8 @@ class ImuCalibrator {
     };
     result_.rests = rests_by(segment_options);
     leave_frozen_out(segment_options, rests_by);
-    accelerations_ = means_of(result_.rests, options_.accelerometer);
+    find_settled_rests(segment_options);
+    accelerations_ = means_of(settled(), options_.accelerometer);
   }
 
   // @return true if the noise (standard deviation) of at least one axis at rest is more than 0.7
@@ -400,7 +405,8 @@ class ImuCalibrator {
   // Leaves out the samples during which a sensor is in a sleep mode, in which it repeats one value
   // even if it moves. If the noise of a sensor is below its resolution, the samples are kept,
   // because such a sensor also repeats one value at rest.
-  void leave_frozen_out(const SegmentOptions& options,
+  // @param options  receives the ranges of these samples.
+  void leave_frozen_out(SegmentOptions& options,
                         const std::function<Segmentation(const SegmentOptions&)>& rests_by) {
     SegmentOptions awake = options;
     const auto fewest = static_cast<std::size_t>(std::max(30.0, result_.rests.rate_hz));
@@ -424,6 +430,7 @@ class ImuCalibrator {
       if (rests.intervals.size() >= fewest_rests && 3 * rests.intervals.size() >= before &&
           scatters_by_steps(rests)) {
         result_.rests = std::move(rests);
+        options = awake;
         result_.notes.push_back(formatted(
             "{} samples ({} %) are left out, because one value is repeated for a second or longer, "
             "as by a sensor in a sleep mode",
@@ -439,6 +446,28 @@ class ImuCalibrator {
     result_.notes = std::move(notes);
   }
 
+  // Finds the settled part of each rest. Accelerometer and magnetometer are calibrated from these
+  // parts. The gyroscope is calibrated from the whole rests, because the turns end where they
+  // begin.
+  // @param options  the options with which the rests were found.
+  void find_settled_rests(const SegmentOptions& options) {
+    std::vector<const std::vector<double>*> columns;
+    for (const std::string& name : options_.accelerometer) {
+      columns.push_back(&log_.samples[find_column(log_.columns, name).value()]);
+    }
+    const UnsettledRests unsettled = find_unsettled_rests(result_.rests.intervals, columns);
+    if (unsettled.spans.empty()) {
+      return;
+    }
+    LogFile file(log_.name, log_.columns, log_.samples);
+    settled_ = settled_rests(file, options, result_.rests, unsettled);
+    std::vector<std::string>& told =
+        settled_ && unsettled.settles ? settling_notes_ : result_.rests.warnings;
+    told.push_back(sentence_about(unsettled, settled_.has_value()));
+  }
+
+  [[nodiscard]] const Segmentation& settled() const { return settled_ ? *settled_ : result_.rests; }
+
   void label() {
     if (options_.seats == Seats::sheet) {
       result_.seats = label_by_sheet(resting_faces(accelerations_), options_.sheet);
@@ -449,7 +478,7 @@ class ImuCalibrator {
   }
 
   [[nodiscard]] Observations observations_of(const std::vector<std::string>& columns) const {
-    const Observations all = readings_of(result_.rests, columns);
+    const Observations all = readings_of(settled(), columns);
     return result_.seats ? labelled(all, *result_.seats, options_.sheet) : all;
   }
 
@@ -598,7 +627,9 @@ class ImuCalibrator {
   ImuCalibration result_;
   // Inverse of the gyroscope's sensitivity, from best_by_scatter().
   std::optional<Eigen::Matrix3d> gyroscope_inverse_;
-  Eigen::MatrixX3d accelerations_;  // accelerometer's means at the rests
+  std::optional<Segmentation> settled_;  // nullopt: the whole rests are used
+  std::vector<std::string> settling_notes_;
+  Eigen::MatrixX3d accelerations_;  // accelerometer's means at settled()
 };
 
 }  // namespace

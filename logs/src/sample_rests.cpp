@@ -13,6 +13,7 @@
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/seats.hpp"
 #include "axiscal/logs/segment.hpp"
+#include "logs/src/unsettled_rests.hpp"
 
 namespace axiscal {
 namespace {
@@ -69,6 +70,24 @@ std::size_t middle_of(const StaticInterval& rest) {
   return (rest.first + rest.end) / 2;
 }
 
+// Leaves out intervals with slow motion, which are not rests. Their samples have a standard
+// deviation of more than 2.5 % of the largest range of a column.
+void leave_slow_motion_out(const Observations& samples, Segmentation& found) {
+  const Eigen::VectorXd range =
+      samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
+  const double largest = 0.05 * 0.5 * range.maxCoeff();
+  std::erase_if(found.intervals,
+                [&](const StaticInterval& rest) { return !(rest.sd.maxCoeff() <= largest); });
+}
+
+std::vector<const std::vector<double>*> columns_of(const LogBlock& samples) {
+  std::vector<const std::vector<double>*> columns;
+  for (const std::vector<double>& column : samples) {
+    columns.push_back(&column);
+  }
+  return columns;
+}
+
 Observations readings_of(const Observations& samples, const std::vector<StaticInterval>& rests) {
   Observations readings;
   const auto n = static_cast<Eigen::Index>(rests.size());
@@ -121,19 +140,24 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
   options.shortest_s = std::max(4.0, static_cast<double>(window) / 2.0);
   Segmentation found;
   try {
-    LogFile log("the readings", columns, std::move(block));
+    LogFile log("the readings", columns, block);
     found = segment(log, options);
   } catch (const Error&) {
     return std::nullopt;  // no rest
   }
-  // Intervals with slow motion are not rests. Their samples have a standard deviation of more than
-  // 2.5 % of the largest range of a column.
-  const Eigen::VectorXd range =
-      samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
-  const double largest = 0.05 * 0.5 * range.maxCoeff();
-  std::erase_if(found.intervals,
-                [&](const StaticInterval& rest) { return !(rest.sd.maxCoeff() <= largest); });
+  const Segmentation all = found;
+  leave_slow_motion_out(samples, found);
   SampleRests rests;
+  const UnsettledRests unsettled = find_unsettled_rests(found.intervals, columns_of(block));
+  if (!unsettled.spans.empty()) {
+    LogFile log("the readings", columns, block);
+    std::optional<Segmentation> settled = settled_rests(log, options, all, unsettled);
+    if (settled) {
+      found = *std::move(settled);
+      leave_slow_motion_out(samples, found);
+    }
+    rests.unsettled = sentence_about(unsettled, settled.has_value());
+  }
   for (const StaticInterval& rest : found.intervals) {
     rests.rows.push_back(middle_of(rest));
     rests.samples += rest.samples();

@@ -96,6 +96,34 @@ TEST(CalibrateImu, OfABareBoard) {
   }
 }
 
+// After each turn the accelerometer needs a second to settle. The start of each rest is left out,
+// and a note says so. Without this, the biases would be wrong by many standard errors.
+TEST(CalibrateImu, LeavesOutReadingsThatHaveNotSettled) {
+  ImuSimulation simulation = some_imu();
+  simulation.rest_s = 4.0;
+  RecordedLog log = simulate_imu_log(simulation, random_attitudes(30, 7));
+  ImuOptions options = all_three();
+  options.gyroscope.clear();
+  options.magnetometer.clear();
+  options.experiment.fit.shape = MagnitudeShape::triangular;
+  const ImuCalibration settled = calibrate_imu(log, options);
+  EXPECT_THAT(settled.accelerometer.findings.notes,
+              testing::Not(test::HasNote(HasSubstr("settled"))));
+  ASSERT_EQ(settled.rests.intervals.size(), 30U);
+  for (const StaticInterval& rest : settled.rests.intervals) {
+    for (std::size_t i = 0; i < 300 && rest.first + i < log.samples.front().size(); ++i) {
+      const double part = std::exp(-static_cast<double>(i) / (0.3 * settled.rests.rate_hz));
+      for (const std::string& axis : options.accelerometer) {
+        log.samples[find_column(log.columns, axis).value()][rest.first + i] += 12.0 * part;
+      }
+    }
+  }
+  const ImuCalibration imu = calibrate_imu(log, options);
+  EXPECT_THAT(imu.accelerometer.findings.notes,
+              test::HasNote(HasSubstr("% of each rest are left out")));
+  expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
+}
+
 // The axes of the record differ from those of the log. Then the accelerometer gives no start for
 // the gyroscope, and nothing else is stated.
 TEST(CalibrateImu, TakesARecordOfAxesThatLieOtherwise) {

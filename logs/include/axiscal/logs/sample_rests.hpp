@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "axiscal/calib/observations.hpp"
@@ -18,6 +19,9 @@ struct SampleRests {
   /// True if each block of samples is a single rest, for example if each face has its own file. The
   /// blocks are then merged into one.
   bool one_each_block = false;
+  /// A sentence about samples at the start of each rest at which the readings have not settled;
+  /// empty if there are none.
+  std::string unsettled;
 };
 
 /// Finds the rests in readings that may be raw samples. Raw samples are many readings in each
