@@ -15,8 +15,7 @@ namespace axiscal {
 /// @param residuals           weighted residuals, n x m.
 /// @param degrees_of_freedom  nu, the degrees of freedom of one response's residuals.
 /// @return an estimate of d, limited to 1 .. m. It is tr(R^2) / m with R from the residuals, minus
-///         the bias (m - 1) / nu. This bias is the mean excess of tr(R^2) / m over 1 for
-///         independent noise.
+///         the bias (m - 1) (1 - r^2)^2 / nu. r^2 is the mean square of the correlations in R.
 /// @par Source
 /// method.md, section 5; Satterthwaite, Biometrics Bulletin 2 (1946) 110-114.
 [[nodiscard]] double dof_reduction_factor(const Eigen::MatrixXd& residuals,
