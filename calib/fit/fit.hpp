@@ -41,7 +41,7 @@ class Fit {
   Fit(const SolvedReadings& run, const Estimate& estimate);
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
-  [[nodiscard]] const Solution& solution() const { return *solution_; }
+  [[nodiscard]] const std::shared_ptr<const Solution>& solution() const { return solution_; }
   [[nodiscard]] Eigen::Index readings() const { return set_.size(); }
   [[nodiscard]] Eigen::Index axes() const { return set_.axis_count(); }
   [[nodiscard]] Eigen::Index row_count() const { return r_.size(); }

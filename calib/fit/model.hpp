@@ -44,9 +44,6 @@ struct AxisSolution {
   [[nodiscard]] const Eigen::MatrixXd& X() const { return *columns; }
   [[nodiscard]] const Eigen::VectorXd& root_weights() const { return design->root_weights(); }
 
-  /// Computes `sums` and `shared_squares` from the other members.
-  void find_sums();
-
   // Axes with the same columns and weights share the next two objects.
   std::shared_ptr<const Eigen::MatrixXd> columns;  ///< X, n x p, not weighted
   std::shared_ptr<const FactoredDesign> design;
@@ -57,8 +54,6 @@ struct AxisSolution {
   Eigen::MatrixXd shared;
   Eigen::MatrixXd projected;  ///< n x s: `shared` minus its projection on the columns of X
   Eigen::MatrixXd take_up;  ///< p x s: decrease of `estimate` per unit step of each shared unknown
-  ResponseSums sums;        ///< sums of products of `projected` and `residuals`
-  Eigen::VectorXd shared_squares;  ///< s: squared lengths of the columns of `shared`
 };
 
 /// The solutions of all axes at a place.
@@ -66,6 +61,11 @@ struct Solution {
   Place place;
   std::vector<TableField::Tangents> tangents;  ///< empty if the directions are known
   std::vector<AxisSolution> axes;
+  SharedSums sums;                 ///< of the axes' `projected` and `residuals`
+  Eigen::MatrixXd shared_squares;  ///< s x m: squared lengths of the columns of the axes' `shared`
+
+  /// Computes `sums` and `shared_squares` from `axes`.
+  void find_sums();
 
   [[nodiscard]] const TableField& field() const { return place.field; }
 

@@ -97,6 +97,11 @@ template <GaussNewtonProblem Problem>
   constexpr double worth_another_try = 1e-8;
   constexpr double no_damping_below = 1e-9;
   constexpr double least_damping = 1e-6;
+  // A step without damping is not taken if it is shorter than `negligible`, and if its predicted
+  // decrease divided by the variance of a residual is below `least_worth_a_step`. It would move the
+  // solution by less than 3e-10 of its uncertainty.
+  constexpr double negligible = 1e-13;
+  constexpr double least_worth_a_step = 1e-19;
   GaussNewtonResult<typename Problem::State> result{.state = std::move(start)};
   typename Problem::Linear linear;
   double last_length = 1.0;  // length of the last step that was accepted
@@ -112,17 +117,28 @@ template <GaussNewtonProblem Problem>
     bool better = false;
     bool decrease_is_small = false;
     for (int attempt = 0; attempt < options.most_attempts && !better; ++attempt) {
-      const Eigen::VectorXd step = damped_step(linear, damping, by_qr);
+      Eigen::VectorXd step = damped_step(linear, damping, by_qr);
       if (!step.allFinite()) {
         break;
+      }
+      double length = problem.length(result.state, step, linear);
+      if (damping == 0.0 && length < negligible && !by_qr) {
+        step = damped_step(linear, damping, true);
+        length = problem.length(result.state, step, linear);
+      }
+      if (attempt == 0) {
+        result.left_to_go = length;
+      }
+      const Eigen::VectorXd change = linear.jacobian * step;
+      const double promised = -change.dot(2.0 * linear.residuals + change);
+      if (damping == 0.0 && length < negligible &&
+          promised <= least_worth_a_step * cost / freedom) {
+        result.converged = true;
+        return result;
       }
       typename Problem::State next = problem.moved(result.state, step);
       const double next_cost = problem.cost(next, linear);
       better = next_cost <= (1.0 + options.slack) * cost;
-      const double length = problem.length(result.state, step, linear);
-      if (attempt == 0) {
-        result.left_to_go = length;
-      }
       if (better) {
         last_length = length;
         result.state = std::move(next);
@@ -130,8 +146,6 @@ template <GaussNewtonProblem Problem>
         decrease_is_small = cost - next_cost < options.least_decrease * cost;
         continue;
       }
-      const Eigen::VectorXd change = linear.jacobian * step;
-      const double promised = -change.dot(2.0 * linear.residuals + change);
       if (promised < worth_another_try * cost / freedom) {
         break;
       }

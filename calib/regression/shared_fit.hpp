@@ -2,21 +2,45 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include <Eigen/Core>
 
 namespace axiscal {
 
-/// The sums that fit_shared() needs from the readings of one response. All responses have D
-/// coefficients in common, and each response also has coefficients of its own. P contains the
-/// columns of the common coefficients, and y the readings. Both are projected onto the orthogonal
-/// complement of the response's own columns.
-struct ResponseSums {
-  Eigen::MatrixXd information;      ///< P^T P, D x D
-  Eigen::VectorXd gradient;         ///< P^T y, D
-  double squares = 0.0;             ///< y^T y
-  double degrees_of_freedom = 0.0;  ///< N: number of readings minus number of own coefficients
+/// The sums that fit_shared() needs from the readings of m responses. All responses have D
+/// coefficients in common, and each response also has coefficients of its own. P_k contains the
+/// columns of the common coefficients, and y_k the readings of response k. Both are projected onto
+/// the orthogonal complement of the response's own columns.
+struct SharedSums {
+  SharedSums() = default;
+  SharedSums(Eigen::Index shared, Eigen::Index responses)
+      : information(shared * shared, responses),
+        gradient(shared, responses),
+        squares(responses),
+        degrees_of_freedom(responses) {}
+
+  [[nodiscard]] Eigen::Index shared() const { return gradient.rows(); }
+  [[nodiscard]] Eigen::Index responses() const { return gradient.cols(); }
+
+  /// @return P_k^T P_k, D x D, a view of `information`.
+  [[nodiscard]] auto information_of(Eigen::Index k) {
+    return information.col(k).reshaped(shared(), shared());
+  }
+  [[nodiscard]] auto information_of(Eigen::Index k) const {
+    return information.col(k).reshaped(shared(), shared());
+  }
+
+  /// @param weight  m weights, one for each response.
+  /// @return the weighted sum of P_k^T P_k, D x D.
+  [[nodiscard]] Eigen::MatrixXd information_at(const Eigen::VectorXd& weight) const {
+    return (information * weight).reshaped(shared(), shared());
+  }
+
+  Eigen::MatrixXd information;  ///< P_k^T P_k in column k, D^2 x m
+  Eigen::MatrixXd gradient;     ///< P_k^T y_k in column k, D x m
+  Eigen::VectorXd squares;      ///< y_k^T y_k, m entries
+  Eigen::VectorXd
+      degrees_of_freedom;  ///< N_k: number of readings minus own coefficients, m entries
 };
 
 /// The shared coefficients, if each response has its own variance.
@@ -38,12 +62,14 @@ struct SharedFit {
 ///
 /// @param start     m variances at which the search starts.
 /// @param smallest  m lower limits of the variances: the size of rounding errors.
+/// @param accuracy  the search ends if the relative errors of the variances are below this.
 /// @return nullopt if the readings do not determine the shared coefficients.
 /// @par Source
 /// Patterson & Thompson, Biometrika 58 (1971) 545-554; Searle, Casella & McCulloch, Variance
 /// Components (1992), sec. 6.6.
-[[nodiscard]] std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
+[[nodiscard]] std::optional<SharedFit> fit_shared(const SharedSums& sums,
                                                   const Eigen::VectorXd& start,
-                                                  const Eigen::VectorXd& smallest);
+                                                  const Eigen::VectorXd& smallest,
+                                                  double accuracy = 1e-12);
 
 }  // namespace axiscal

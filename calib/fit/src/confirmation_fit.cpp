@@ -76,15 +76,15 @@ std::optional<Likelihood> likelihood_of(const ReadingSet& set,
                                         bool known_field) {
   const std::shared_ptr<const Solution> solution = Model(set, known_field).at({.field = field});
   const auto m = static_cast<Eigen::Index>(solution->axes.size());
-  Eigen::VectorXd start(m);
+  const SharedSums& sums = solution->sums;
   Eigen::VectorXd smallest(m);
   Eigen::MatrixXd residuals(set.size(), m);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const AxisSolution& axis = solution->axes[static_cast<std::size_t>(k)];
-    residuals.col(k) = axis.residuals;
+    residuals.col(k) = solution->axes[static_cast<std::size_t>(k)].residuals;
     smallest(k) = std::max(set.rounding(k), std::numeric_limits<double>::min());
-    start(k) = std::max(std::sqrt(axis.sums.squares / axis.sums.degrees_of_freedom), smallest(k));
   }
+  const Eigen::VectorXd start =
+      sums.squares.cwiseQuotient(sums.degrees_of_freedom).cwiseSqrt().cwiseMax(smallest);
   const std::optional<AxisNoise> noise = Model::noise(*solution, start, smallest);
   if (!noise) {
     return std::nullopt;
@@ -94,7 +94,7 @@ std::optional<Likelihood> likelihood_of(const ReadingSet& set,
     const AxisSolution& axis = solution->axes[static_cast<std::size_t>(k)];
     const Eigen::MatrixXd X = axis.root_weights().asDiagonal() * axis.X();
     const auto counts = (set.weights.col(k).array() > 0.0);
-    likelihood.minus_twice_log += 2.0 * axis.sums.degrees_of_freedom * std::log(noise->sigma(k)) +
+    likelihood.minus_twice_log += 2.0 * sums.degrees_of_freedom(k) * std::log(noise->sigma(k)) +
                                   noise->degrees_of_freedom(k) +
                                   PositiveFactor(X.transpose() * X).log_determinant() -
                                   counts.select(set.weights.col(k).array(), 1.0).log().sum();

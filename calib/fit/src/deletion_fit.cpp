@@ -34,22 +34,24 @@ struct DesignLeftOut {
   Eigen::MatrixXd M;  // p x p: (1 - Q^T Q)^-1
 };
 
-// Matrices and errors for the deletion of d readings from one axis.
-struct AxisLeftOut {
-  std::shared_ptr<const DesignLeftOut> design;  // shared by the axes of one design
-  Eigen::VectorXd errors;  // d: prediction errors before a step of the shared unknowns
-  // d x s: minus the derivatives of `errors` with respect to the shared unknowns
-  Eigen::MatrixXd shared;
-};
-
-// The fit of the readings that are not left out.
+// The fit of the readings that are not left out. d readings are left out.
 struct Others {
+  // Returns, for axis k, minus the derivatives of the prediction errors with respect to the s
+  // shared unknowns, d x s.
+  [[nodiscard]] auto shared_of(Eigen::Index k) const {
+    return shared.middleCols(fit.estimate.size() * k, fit.estimate.size());
+  }
   // Returns the d weighted prediction errors of an axis at the readings that are left out.
-  [[nodiscard]] Eigen::VectorXd errors(std::size_t k) const {
-    return axes[k].errors - axes[k].shared * fit.estimate;
+  [[nodiscard]] Eigen::VectorXd errors_of(Eigen::Index k) const {
+    return errors.col(k) - shared_of(k) * fit.estimate;
+  }
+  [[nodiscard]] const DesignLeftOut& design_of(Eigen::Index k) const {
+    return *designs[static_cast<std::size_t>(k)];
   }
 
-  std::vector<AxisLeftOut> axes;
+  std::vector<std::shared_ptr<const DesignLeftOut>> designs;  // one object for axes of one design
+  Eigen::MatrixXd errors;  // d x m: prediction errors before a step of the shared unknowns
+  Eigen::MatrixXd shared;  // d x (s m): shared_of() of the axes, side by side
   SharedFit fit;
 };
 
@@ -68,42 +70,57 @@ std::optional<Others> others_of(const Solution& solution,
                                 const std::vector<std::size_t>& readings,
                                 const Eigen::VectorXd& smallest) {
   const std::vector<Eigen::Index> rows(readings.begin(), readings.end());
-  Others others;
-  std::vector<ResponseSums> sums;
-  Eigen::VectorXd start(smallest.size());
-  // squared norms of the shared columns over the remaining readings: each axis's squared norm is
-  // divided by its variance, then the axes are summed
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());
+  const auto m = std::ssize(solution.axes);
+  const auto d = std::ssize(rows);
+  const Eigen::Index s = solution.shared_count();
+  Others others{.designs = {},
+                .errors = Eigen::MatrixXd(d, m),
+                .shared = Eigen::MatrixXd(d, s * m),
+                .fit = {}};
+  SharedSums sums = solution.sums;
+  Eigen::VectorXd start(m);
+  // Squared norms of the shared columns over the remaining readings: each axis's squared norm is
+  // divided by its variance, then the axes are summed.
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(s);
   // the same squared norms after projection off the columns that only one axis has
-  Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());
-  std::shared_ptr<const DesignLeftOut> design;
-  for (const AxisSolution& axis : solution.axes) {
-    const auto k = static_cast<Eigen::Index>(sums.size());
-    const bool is_same = k > 0 && axis.design == solution.axes[sums.size() - 1].design;
-    design = is_same ? design : left_out_of(*axis.design, rows);
-    if (!design) {
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(s);
+  Eigen::MatrixXd before(d, 1 + s);  // the residuals and the projected shared columns of an axis
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const AxisSolution& axis = solution.axes[static_cast<std::size_t>(k)];
+    const bool is_same =
+        k > 0 && axis.design == solution.axes[static_cast<std::size_t>(k - 1)].design;
+    others.designs.push_back(is_same ? others.designs.back() : left_out_of(*axis.design, rows));
+    if (!others.designs.back()) {
       return std::nullopt;
     }
-    const Eigen::MatrixXd projected = axis.projected(rows, Eigen::all);
-    const Eigen::VectorXd residuals = axis.residuals(rows);
-    const AxisLeftOut& own = others.axes.emplace_back(
-        AxisLeftOut{design, design->times_K(residuals), design->times_K(projected)});
-    ResponseSums& of_axis = sums.emplace_back(axis.sums);
-    of_axis.information -= projected.transpose() * own.shared;
-    of_axis.gradient -= projected.transpose() * own.errors;
-    of_axis.squares = std::max(of_axis.squares - residuals.dot(own.errors), 0.0);
-    of_axis.degrees_of_freedom -=
-        static_cast<double>((axis.root_weights()(rows).array() > 0.0).count());
-    start(k) = std::max({of_axis.squares / std::max(of_axis.degrees_of_freedom, 1.0), smallest(k),
+    double deleted = 0.0;
+    for (Eigen::Index i = 0; i < d; ++i) {
+      const Eigen::Index row = rows[static_cast<std::size_t>(i)];
+      before(i, 0) = axis.residuals(row);
+      before.row(i).tail(s) = axis.projected.row(row);
+      deleted += axis.root_weights()(row) > 0.0 ? 1.0 : 0.0;
+    }
+    const Eigen::MatrixXd after = others.designs.back()->times_K(before);
+    others.errors.col(k) = after.col(0);
+    others.shared.middleCols(s * k, s) = after.rightCols(s);
+    const Eigen::MatrixXd products = before.transpose() * after;
+    sums.information_of(k) -= products.bottomRightCorner(s, s);
+    sums.gradient.col(k) -= products.bottomLeftCorner(s, 1);
+    sums.squares(k) = std::max(sums.squares(k) - products(0, 0), 0.0);
+    sums.degrees_of_freedom(k) -= deleted;
+    start(k) = std::max({sums.squares(k) / std::max(sums.degrees_of_freedom(k), 1.0), smallest(k),
                          std::numeric_limits<double>::min()});
-    const Eigen::MatrixXd shared = axis.shared(rows, Eigen::all);
-    all += (axis.shared_squares - shared.colwise().squaredNorm().transpose()) / start(k);
-    left += of_axis.information.diagonal() / start(k);
+    all += solution.shared_squares.col(k) / start(k);
+    for (const Eigen::Index row : rows) {
+      all -= axis.shared.row(row).cwiseAbs2().transpose() / start(k);
+    }
+    left += sums.information_of(k).diagonal() / start(k);
   }
   if (!(left.array() > open_below * all.array()).all()) {
     return std::nullopt;
   }
-  std::optional<SharedFit> fit = fit_shared(sums, start, smallest);
+  constexpr double enough_for_tests = 1e-6;
+  std::optional<SharedFit> fit = fit_shared(sums, start, smallest, enough_for_tests);
   constexpr double fewest = 0.5;
   if (!fit || !(fit->degrees_of_freedom.minCoeff() > fewest)) {
     return std::nullopt;
@@ -119,37 +136,53 @@ struct ContrastError {
   Eigen::MatrixXd covariance;  // q x q
 };
 
-// Returns nullopt if the axis does not use all of the readings that are left out.
-std::optional<ContrastError> contrast_error(const Others& others,
-                                            std::size_t k,
-                                            const Eigen::VectorXd& root_weights,
-                                            const Eigen::MatrixXd& contrasts) {
-  if (!(root_weights.array() > 0.0).all()) {
-    return std::nullopt;
+// Returns the errors of the contrasts of each axis; nullopt for an axis that does not use all of
+// the readings that are left out.
+std::vector<std::optional<ContrastError>> contrast_errors(const Others& others,
+                                                          const Solution& solution,
+                                                          const std::vector<std::size_t>& readings,
+                                                          const Eigen::MatrixXd& contrasts) {
+  const std::vector<Eigen::Index> rows(readings.begin(), readings.end());
+  std::vector<std::optional<ContrastError>> errors(solution.axes.size());
+  const FactoredDesign* design = nullptr;
+  // For axes of this design: C maps weighted readings to contrasts, and C K C^T is the part of the
+  // covariance that is proportional to the variance of the axis.
+  bool uses_all = false;
+  Eigen::MatrixXd C;
+  Eigen::MatrixXd CKC;
+  for (Eigen::Index k = 0; k < std::ssize(solution.axes); ++k) {
+    const AxisSolution& axis = solution.axes[static_cast<std::size_t>(k)];
+    if (axis.design.get() != design) {
+      design = axis.design.get();
+      const Eigen::VectorXd root_weights = axis.root_weights()(rows);
+      uses_all = (root_weights.array() > 0.0).all();
+      C = contrasts * root_weights.cwiseInverse().asDiagonal();
+      CKC = C * others.design_of(k).times_K(C.transpose());
+    }
+    if (uses_all) {
+      const Eigen::MatrixXd shared = C * others.shared_of(k);
+      errors[static_cast<std::size_t>(k)] = {
+          .error = C * others.errors_of(k),
+          .covariance =
+              others.fit.variance(k) * CKC + shared * others.fit.covariance * shared.transpose()};
+    }
   }
-  const AxisLeftOut& axis = others.axes[k];
-  const Eigen::MatrixXd C = contrasts * root_weights.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd shared = C * axis.shared;
-  return ContrastError{.error = C * others.errors(k),
-                       .covariance = others.fit.variance(static_cast<Eigen::Index>(k)) *
-                                         (C * axis.design->times_K(C.transpose())) +
-                                     shared * others.fit.covariance * shared.transpose()};
+  return errors;
 }
 
 // Adds residuals to `tails`, each divided by its standard deviation. They are the residuals of the
 // fit without the left-out readings, at the readings that this fit uses.
 void add_others(const AxisSolution& axis,
                 const Others& others,
-                std::size_t k,
+                Eigen::Index k,
                 const std::vector<bool>& is_other,
                 NoiseTails& tails) {
-  const AxisLeftOut& own = others.axes[k];
-  const double variance = others.fit.variance(static_cast<Eigen::Index>(k));
+  const double variance = others.fit.variance(k);
   const Eigen::MatrixXd& Q = axis.design->basis();
-  const auto& [Q_left, M] = *own.design;
+  const auto& [Q_left, M] = others.design_of(k);
   const Eigen::VectorXd left = axis.residuals - axis.projected * others.fit.estimate +
-                               Q * (Q_left.transpose() * others.errors(k));
-  const Eigen::MatrixXd P = axis.projected + Q * (Q_left.transpose() * own.shared);
+                               Q * (Q_left.transpose() * others.errors_of(k));
+  const Eigen::MatrixXd P = axis.projected + Q * (Q_left.transpose() * others.shared_of(k));
   const Eigen::VectorXd of_own = (Q * M).cwiseProduct(Q).rowwise().sum();
   const Eigen::VectorXd of_shared =
       (P * others.fit.covariance).cwiseProduct(P).rowwise().sum() / variance;
@@ -188,14 +221,12 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
     return std::nullopt;
   }
   const auto q = static_cast<double>(contrasts.rows());
-  const std::vector<Eigen::Index> rows(readings.begin(), readings.end());
   FisherSum axes;
-  for (std::size_t k = 0; k < solution_->axes.size(); ++k) {
-    if (const auto one =
-            contrast_error(*others, k, solution_->axes[k].root_weights()(rows), contrasts)) {
+  const auto errors = contrast_errors(*others, *solution_, readings, contrasts);
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    if (const std::optional<ContrastError>& one = errors[static_cast<std::size_t>(k)]) {
       const double squares = one->error.dot(solve_symmetric(one->covariance, one->error).col(0));
-      axes.add(f_upper_p(std::max(squares / q, 1e-12), q,
-                         others->fit.degrees_of_freedom(static_cast<Eigen::Index>(k))));
+      axes.add(f_upper_p(std::max(squares / q, 1e-12), q, others->fit.degrees_of_freedom(k)));
     }
   }
   return axes.count() > 0.0 ? std::optional(axes.p_value(loss)) : std::nullopt;
@@ -208,7 +239,6 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
   if (!others) {
     return std::nullopt;
   }
-  const std::vector<Eigen::Index> rows(readings.begin(), readings.end());
   std::vector<bool> is_other(set_.readings.size(), true);
   for (const std::size_t i : readings) {
     is_other[i] = false;
@@ -216,12 +246,12 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
   NoiseTails tails;
   // Errors of the contrasts, transformed to be independent with variance 1.
   std::vector<double> deviations;
-  for (std::size_t k = 0; k < solution_->axes.size(); ++k) {
-    const AxisSolution& axis = solution_->axes[k];
-    if (const auto one = contrast_error(*others, k, axis.root_weights()(rows), contrasts)) {
+  const auto errors = contrast_errors(*others, *solution_, readings, contrasts);
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    if (const std::optional<ContrastError>& one = errors[static_cast<std::size_t>(k)]) {
       const Eigen::VectorXd whitened = Whitening(one->covariance).times(one->error);
       deviations.insert(deviations.end(), whitened.begin(), whitened.end());
-      add_others(axis, *others, k, is_other, tails);
+      add_others(solution_->axes[static_cast<std::size_t>(k)], *others, k, is_other, tails);
     }
   }
   if (deviations.empty()) {
@@ -251,16 +281,15 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
                                          .sd = Eigen::VectorXd::Constant(m, not_a_number),
                                          .degrees_of_freedom = others->fit.degrees_of_freedom});
   for (Eigen::Index k = 0; k < m; ++k) {
-    const auto axis = static_cast<std::size_t>(k);
-    const AxisLeftOut& own = others->axes[axis];
-    const Eigen::VectorXd errors = others->errors(axis);
+    const AxisSolution& axis = solution_->axes[static_cast<std::size_t>(k)];
+    const Eigen::VectorXd errors = others->errors_of(k);
+    const Eigen::MatrixXd shared = others->shared_of(k);
     const Eigen::VectorXd variances =
-        others->fit.variance(k) * own.design->diagonal_of_K() +
-        (own.shared * others->fit.covariance).cwiseProduct(own.shared).rowwise().sum();
+        others->fit.variance(k) * others->design_of(k).diagonal_of_K() +
+        (shared * others->fit.covariance).cwiseProduct(shared).rowwise().sum();
     for (std::size_t i = 0; i < readings.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      const double root =
-          solution_->axes[axis].root_weights()(static_cast<Eigen::Index>(readings[i]));
+      const double root = axis.root_weights()(static_cast<Eigen::Index>(readings[i]));
       if (root > 0.0) {
         all[i].error(k) = errors(row) / root;
         all[i].sd(k) = std::sqrt(variances(row)) / root;

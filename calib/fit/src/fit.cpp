@@ -67,11 +67,7 @@ Fit::Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen:
     return;
   }
   // The step of the shared unknowns for these sigma, and the resulting change of the coefficients.
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(D);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const AxisSolution& axis = axis_of(k);
-    gradient += axis.sums.gradient / (sigma_(k) * sigma_(k));
-  }
+  const Eigen::VectorXd gradient = solution_->sums.gradient * sigma_.cwiseAbs2().cwiseInverse();
   const Eigen::VectorXd step = root_of_shared_ * (root_of_shared_.transpose() * gradient);
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisSolution& axis = axis_of(k);
@@ -94,20 +90,15 @@ void Fit::find_root_of_shared() {
   const Eigen::Index D = shared();
   // Limit for the fraction of a column's squared norm that is independent of the other columns.
   constexpr double dependent = 1e-12;
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < axes(); ++k) {
-    const AxisSolution& axis = axis_of(k);
-    if (!(std::pow(axis.design->smallest_pivot(), 2) > dependent)) {
+    if (!(std::pow(axis_of(k).design->smallest_pivot(), 2) > dependent)) {
       return;
-    }
-    const double weight = 1.0 / (sigma_(k) * sigma_(k));
-    if (D > 0) {
-      information += weight * axis.sums.information;
-      squares += weight * axis.shared_squares;
     }
   }
   if (D > 0) {
+    const Eigen::VectorXd weights = sigma_.cwiseAbs2().cwiseInverse();
+    const Eigen::MatrixXd information = solution_->sums.information_at(weights);
+    const Eigen::VectorXd squares = solution_->shared_squares * weights;
     const PositiveFactor cholesky(information);
     if (!cholesky.is_determined(dependent) ||
         !(information.diagonal().array() > dependent * squares.array()).all()) {
@@ -174,16 +165,17 @@ void Fit::add_in_basis(Eigen::Index axis,
                        const Eigen::Ref<const Eigen::RowVectorXd>& z,
                        Eigen::MatrixXd& products) const {
   const Eigen::Index p = set_.column_count();
-  products.middleRows(p * axis, p) += basis_of_axis(axis).row(reading).transpose() * z;
-  products.bottomRows(shared()) += shared_basis_of_axis(axis).row(reading).transpose() * z;
+  products.middleRows(p * axis, p).noalias() +=
+      basis_of_axis(axis).row(reading).transpose().lazyProduct(z);
+  products.bottomRows(shared()).noalias() +=
+      shared_basis_of_axis(axis).row(reading).transpose().lazyProduct(z);
 }
 
 double Fit::degrees_of_freedom_of(Eigen::Index axis) const {
-  const ResponseSums& own = axis_of(axis).sums;
-  return shared() == 0
-             ? own.degrees_of_freedom
-             : own.degrees_of_freedom - own.information.cwiseProduct(covariance_of_shared()).sum() /
-                                            (sigma_(axis) * sigma_(axis));
+  const SharedSums& sums = solution_->sums;
+  return sums.degrees_of_freedom(axis) -
+         sums.information_of(axis).cwiseProduct(covariance_of_shared()).sum() /
+             (sigma_(axis) * sigma_(axis));
 }
 
 Eigen::MatrixXd Fit::covariance_of_shared() const {

@@ -79,8 +79,8 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
     axis.estimate = state->axes[static_cast<std::size_t>(k)].estimate;
     axis.residuals =
         axis.root_weights().cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
-    axis.find_sums();
   }
+  robust_state->find_sums();
   const JointSolution solution{
       .state = robust_state, .sigma = sigma, .shares = Model::cost_of_shared(*robust_state, sigma)};
   Estimate estimate = describe_joint(set, solution, robust);

@@ -16,11 +16,7 @@ double pooled_scatter(const ReadingSet& set, const Solution& state, double dof) 
   if (!(dof > 0.5)) {
     return 1.0;
   }
-  double rss = 0.0;
-  for (const AxisSolution& axis : state.axes) {
-    rss += axis.sums.squares;
-  }
-  return std::max(std::sqrt(rss / dof), set.rounding());
+  return std::max(std::sqrt(state.sums.squares.sum() / dof), set.rounding());
 }
 
 // Returns the rounding error of each axis, which is the lower limit of its noise.
@@ -77,7 +73,7 @@ double misfit(const ReadingSet& set, const Solution& state) {
     const AxisSolution& axis = state.axes[static_cast<std::size_t>(k)];
     const double least = std::pow(set.rounding(k), 2) * static_cast<double>(set.size());
     sum += static_cast<double>(axis.design->observations()) *
-           std::log(std::max(axis.sums.squares, least));
+           std::log(std::max(state.sums.squares(k), least));
   }
   return sum;
 }

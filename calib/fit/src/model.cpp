@@ -19,12 +19,9 @@ Eigen::MatrixXd contrasts(std::size_t count) {
   return orthogonal_complement(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(count)));
 }
 
-double squares_at(const Solution& solution, const Eigen::VectorXd& sigma) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < solution.axes.size(); ++k) {
-    sum += solution.axes[k].sums.squares / std::pow(sigma(static_cast<Eigen::Index>(k)), 2);
-  }
-  return sum;
+// Returns 1 / sigma^2 of each axis.
+Eigen::VectorXd weights_of(const Eigen::VectorXd& sigma) {
+  return sigma.cwiseAbs2().cwiseInverse();
 }
 
 // Returns the change of the coefficients of the temperature scales, m x order. It is computed from
@@ -46,14 +43,9 @@ Eigen::MatrixXd change_of_scale(const ReadingSet& set, const Solution& solution)
 // Returns a basis B of the shared unknowns that the readings determine. It satisfies B^T N B = 1; N
 // is the information matrix.
 Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigma) {
-  const Eigen::Index s = solution.shared_count();
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(s, s);
-  double whole = 0.0;
-  for (std::size_t k = 0; k < solution.axes.size(); ++k) {
-    const double weight = 1.0 / std::pow(sigma(static_cast<Eigen::Index>(k)), 2);
-    information += weight * solution.axes[k].sums.information;
-    whole += weight * solution.axes[k].shared_squares.sum();
-  }
+  const Eigen::VectorXd weights = weights_of(sigma);
+  const Eigen::MatrixXd information = solution.sums.information_at(weights);
+  const double whole = (solution.shared_squares * weights).sum();
   // If more than this fraction of the squared norms remains after projection, `information` is
   // accurate enough.
   constexpr double clear = 1e-6;
@@ -62,7 +54,7 @@ Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigm
     return cholesky.root_of_inverse();
   }
   const Eigen::Index n = solution.axes.front().projected.rows();
-  Eigen::MatrixXd projected(n * sigma.size(), s);
+  Eigen::MatrixXd projected(n * sigma.size(), solution.shared_count());
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
     projected.middleRows(n * k, n) =
         solution.axes[static_cast<std::size_t>(k)].projected / sigma(k);
@@ -82,13 +74,12 @@ class ModelProblem {
     const Eigen::Index n = at->axes.front().residuals.size();
     linear.residuals.resize(n * sigma_.size());
     linear.jacobian.resize(n * sigma_.size(), at->shared_count());
-    double whole = 0.0;
     for (Eigen::Index k = 0; k < sigma_.size(); ++k) {
       const AxisSolution& axis = at->axes[static_cast<std::size_t>(k)];
       linear.residuals.segment(n * k, n) = -axis.residuals / sigma_(k);
       linear.jacobian.middleRows(n * k, n) = axis.projected / sigma_(k);
-      whole += axis.shared_squares.sum() / (sigma_(k) * sigma_(k));
     }
+    const double whole = (at->shared_squares * weights_of(sigma_)).sum();
     // The limit is 0 if there are added columns, because they may have any unit. The caller rejects
     // the fit if these columns are not determined.
     linear.open_below = at->place.added.size() > 0 ? 0.0 : Model::open_below * std::sqrt(whole);
@@ -99,7 +90,7 @@ class ModelProblem {
   }
 
   [[nodiscard]] double cost(const State& at, const Linear& /*linear*/) const {
-    return squares_at(*at, sigma_);
+    return at->sums.squares.dot(weights_of(sigma_));
   }
 
   // Returns the largest of three measures of a step: its rotations [rad], its change of the
@@ -132,12 +123,18 @@ class ModelProblem {
 
 }  // namespace
 
-void AxisSolution::find_sums() {
-  sums = {.information = projected.transpose() * projected,
-          .gradient = projected.transpose() * residuals,
-          .squares = residuals.squaredNorm(),
-          .degrees_of_freedom = static_cast<double>(design->observations() - X().cols())};
-  shared_squares = shared.colwise().squaredNorm().transpose();
+void Solution::find_sums() {
+  const auto m = static_cast<Eigen::Index>(axes.size());
+  sums = SharedSums(shared_count(), m);
+  shared_squares.resize(shared_count(), m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const AxisSolution& axis = axes[static_cast<std::size_t>(k)];
+    sums.information_of(k).noalias() = axis.projected.transpose() * axis.projected;
+    sums.gradient.col(k).noalias() = axis.projected.transpose() * axis.residuals;
+    sums.squares(k) = axis.residuals.squaredNorm();
+    sums.degrees_of_freedom(k) = static_cast<double>(axis.design->observations() - axis.X().cols());
+    shared_squares.col(k) = axis.shared.colwise().squaredNorm().transpose();
+  }
 }
 
 Eigen::Index Solution::first_direction(std::size_t vector) const {
@@ -239,8 +236,8 @@ Eigen::MatrixXd Model::changes_with_mounts(const ReadingSet& set, const Place& p
 std::shared_ptr<const Solution> Model::at(const Place& place) const {
   const std::optional<ReadingSet> own = readings_at(place);
   const ReadingSet& set = own ? *own : readings_;
-  const auto result =
-      std::make_shared<Solution>(Solution{.place = place, .tangents = {}, .axes = {}});
+  const auto result = std::make_shared<Solution>(
+      Solution{.place = place, .tangents = {}, .axes = {}, .sums = {}, .shared_squares = {}});
   Solution& solution = *result;
   if (!directions_known_ && place.field.has_vectors()) {
     solution.tangents = place.field.tangents();
@@ -314,10 +311,10 @@ std::shared_ptr<const Solution> Model::at(const Place& place) const {
       axis.shared = shared.middleCols(s * a, s);
       axis.take_up = take_up.middleCols(s * a, s);
       axis.projected = projected.middleCols(s * a, s);
-      axis.find_sums();
     }
     first += count;
   }
+  solution.find_sums();
   return result;
 }
 
@@ -373,13 +370,14 @@ std::optional<AxisNoise> Model::noise(const Solution& solution,
                                       const Eigen::VectorXd& sigma,
                                       const Eigen::VectorXd& smallest) {
   const Eigen::MatrixXd basis = open_basis(solution, sigma);
-  std::vector<ResponseSums> sums;
-  for (const AxisSolution& axis : solution.axes) {
-    sums.push_back({.information = basis.transpose() * axis.sums.information * basis,
-                    .gradient = basis.transpose() * axis.sums.gradient,
-                    .squares = axis.sums.squares,
-                    .degrees_of_freedom = axis.sums.degrees_of_freedom});
+  const SharedSums& all = solution.sums;
+  SharedSums sums(basis.cols(), all.responses());
+  for (Eigen::Index k = 0; k < all.responses(); ++k) {
+    sums.information_of(k) = basis.transpose() * all.information_of(k) * basis;
   }
+  sums.gradient = basis.transpose() * all.gradient;
+  sums.squares = all.squares;
+  sums.degrees_of_freedom = all.degrees_of_freedom;
   const std::optional<SharedFit> fit = fit_shared(sums, sigma.cwiseAbs2(), smallest.cwiseAbs2());
   if (!fit) {
     return std::nullopt;
@@ -393,9 +391,9 @@ SharedCost Model::cost_of_shared(const Solution& solution, const Eigen::VectorXd
   SharedCost cost{.covariance = root * root.transpose(),
                   .degrees_of_freedom = Eigen::VectorXd(sigma.size())};
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
-    const ResponseSums& own = solution.axes[static_cast<std::size_t>(k)].sums;
-    const double left = own.degrees_of_freedom -
-                        own.information.cwiseProduct(cost.covariance).sum() / (sigma(k) * sigma(k));
+    const double left =
+        solution.sums.degrees_of_freedom(k) -
+        solution.sums.information_of(k).cwiseProduct(cost.covariance).sum() / (sigma(k) * sigma(k));
     // Rounding errors must not make 0 degrees of freedom positive.
     const double whole = std::round(left);
     cost.degrees_of_freedom(k) = std::abs(left - whole) < 1e-9 ? whole : left;

@@ -165,7 +165,7 @@ class WeighedFit {
       return std::nullopt;
     }
     HypothesisFitter own = fitter.by_scatter_of(fit);
-    HypothesisFit again = own.fit(run_.set());
+    HypothesisFit again = own.refit(fit);
     if (!again.fitted) {
       return std::nullopt;
     }

@@ -28,22 +28,29 @@ HypothesisFitter HypothesisFitter::by_scatter_of(const HypothesisFit& fit) const
 HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
                                     const std::vector<std::size_t>& without,
                                     const AddedColumns& added) const {
-  HypothesisFit result;
-  result.field = field_;
   Eigen::MatrixXd weights = given.weights;
   for (const std::size_t i : without) {
     weights.row(static_cast<Eigen::Index>(i)).setZero();
   }
   const Model plain(given, known_field_, weights);
   const Model model = added ? plain.with(added) : plain;
+  return fit_from([&] { return model.at(model.start(field_)); }, model);
+}
+
+HypothesisFit HypothesisFitter::refit(const HypothesisFit& fit) const {
+  return fit_from([&] { return fit.fit->solution(); }, Model(fit.fit->set(), known_field_));
+}
+
+HypothesisFit HypothesisFitter::fit_from(
+    const std::function<std::shared_ptr<const Solution>()>& start, const Model& model) const {
+  HypothesisFit result;
+  result.field = field_;
+  const ReadingSet& given = model.readings();
   std::shared_ptr<const Solution> solution;
   try {
     // The fit may not converge, for example if a reading has a large mistake. Its sum of squares is
     // then too large, so that a hypothesis whose fit did not converge has no advantage.
-    solution = model
-                   .solved(model.at(model.start(field_)), scale_,
-                           {.most_rounds = 50, .least_decrease = 1e-9})
-                   .state;
+    solution = model.solved(start(), scale_, {.most_rounds = 50, .least_decrease = 1e-9}).state;
   } catch (const RankDeficientError&) {
     return result;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <utility>
@@ -59,6 +60,10 @@ class HypothesisFitter {
                                   const std::vector<std::size_t>& without = {},
                                   const AddedColumns& added = {}) const;
 
+  /// @param fit  a fit of all readings, with other scales.
+  /// @return the fit of the same readings with the scales of this fitter.
+  [[nodiscard]] HypothesisFit refit(const HypothesisFit& fit) const;
+
   /// @return a fitter that starts from the field of `fit`, with the scatter of each axis in `fit`
   ///         as its scale.
   [[nodiscard]] HypothesisFitter by_scatter_of(const HypothesisFit& fit) const;
@@ -68,6 +73,10 @@ class HypothesisFitter {
   void start_at(TableField field) { field_ = std::move(field); }
 
  private:
+  // @param start  returns the solution from which the fit of `model` starts.
+  [[nodiscard]] HypothesisFit fit_from(
+      const std::function<std::shared_ptr<const Solution>()>& start, const Model& model) const;
+
   TableField field_;
   bool known_field_;
   Eigen::VectorXd scale_;

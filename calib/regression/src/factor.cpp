@@ -66,31 +66,36 @@ Eigen::VectorXd Factor::leverage() const {
 }
 
 struct PositiveFactor::Parts {
+  Parts(const Eigen::MatrixXd& normal, double damping)
+      : per_length(normal.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse()),
+        factored(per_length.asDiagonal() * normal * per_length.asDiagonal()) {
+    factored.diagonal().array() += damping;
+    cholesky.emplace(factored);
+  }
+
   Eigen::VectorXd per_length;  // 1 / square root of each diagonal entry of N, p entries
-  Eigen::LLT<Eigen::MatrixXd> cholesky;
+  Eigen::MatrixXd factored;    // the scaled matrix, which `cholesky` overwrites by its factor
+  std::optional<Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>> cholesky;
 };
 
-PositiveFactor::PositiveFactor(const Eigen::MatrixXd& normal, double damping) {
-  const auto parts = std::make_shared<Parts>();
-  parts->per_length = normal.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  Eigen::MatrixXd scaled = parts->per_length.asDiagonal() * normal * parts->per_length.asDiagonal();
-  scaled.diagonal().array() += damping;
-  parts->cholesky.compute(scaled);
-  parts_ = parts;
-}
+PositiveFactor::PositiveFactor(const Eigen::MatrixXd& normal, double damping)
+    : parts_(std::make_shared<Parts>(normal, damping)) {}
 
 bool PositiveFactor::is_determined(double open_below) const {
-  return parts_->cholesky.info() == Eigen::Success &&
-         (parts_->cholesky.matrixLLT().diagonal().array().square() > open_below).all();
+  return parts_->cholesky->info() == Eigen::Success &&
+         (parts_->cholesky->matrixLLT().diagonal().array().square() > open_below).all();
 }
 
 Eigen::MatrixXd PositiveFactor::solve(const Eigen::MatrixXd& right) const {
-  Eigen::MatrixXd solution = parts_->per_length.asDiagonal() * right;
+  const auto per_length = parts_->per_length.array();
+  Eigen::MatrixXd solution = right;
+  solution.array().colwise() *= per_length;
   // For small matrices, a loop over the columns is faster than one solution for all columns.
   for (auto column : solution.colwise()) {
-    parts_->cholesky.solveInPlace(column);
+    parts_->cholesky->solveInPlace(column);
   }
-  return parts_->per_length.asDiagonal() * solution;
+  solution.array().colwise() *= per_length;
+  return solution;
 }
 
 Eigen::MatrixXd PositiveFactor::inverse() const {
@@ -102,14 +107,16 @@ Eigen::MatrixXd PositiveFactor::root_of_inverse() const {
   const Eigen::Index p = parts_->per_length.size();
   Eigen::MatrixXd root = Eigen::MatrixXd::Identity(p, p);
   for (auto column : root.colwise()) {
-    parts_->cholesky.matrixU().solveInPlace(column);
+    parts_->cholesky->matrixU().solveInPlace(column);
   }
-  return parts_->per_length.asDiagonal() * root;
+  root.array().colwise() *= parts_->per_length.array();
+  return root;
 }
 
 double PositiveFactor::log_determinant() const {
-  return 2.0 *
-         (parts_->cholesky.matrixLLT().diagonal().array() / parts_->per_length.array()).log().sum();
+  return 2.0 * (parts_->cholesky->matrixLLT().diagonal().array() / parts_->per_length.array())
+                   .log()
+                   .sum();
 }
 
 struct Whitening::Parts {

@@ -34,13 +34,14 @@ std::vector<Response> three_responses(std::uint32_t seed) {
   return all;
 }
 
-std::vector<ResponseSums> sums_of(const std::vector<Response>& responses) {
-  std::vector<ResponseSums> sums;
-  for (const Response& one : responses) {
-    sums.push_back({.information = one.P.transpose() * one.P,
-                    .gradient = one.P.transpose() * one.y,
-                    .squares = one.y.squaredNorm(),
-                    .degrees_of_freedom = 16.0});
+SharedSums sums_of(const std::vector<Response>& responses) {
+  SharedSums sums(2, std::ssize(responses));
+  for (Eigen::Index k = 0; k < sums.responses(); ++k) {
+    const Response& one = responses[static_cast<std::size_t>(k)];
+    sums.information_of(k) = one.P.transpose() * one.P;
+    sums.gradient.col(k) = one.P.transpose() * one.y;
+    sums.squares(k) = one.y.squaredNorm();
+    sums.degrees_of_freedom(k) = 16.0;
   }
   return sums;
 }
@@ -88,15 +89,13 @@ TEST(SharedFit, SaysWhenNothingDeterminesWhatIsShared) {
 }
 
 TEST(SharedFit, FitsVariancesWhereNothingIsShared) {
-  std::vector<ResponseSums> sums = sums_of(three_responses(8));
-  for (ResponseSums& one : sums) {
-    one.information.resize(0, 0);
-    one.gradient.resize(0);
-  }
+  SharedSums sums(0, 3);
+  sums.squares = sums_of(three_responses(8)).squares;
+  sums.degrees_of_freedom.setConstant(16.0);
   const auto fit = fit_shared(sums, Eigen::Vector3d::Ones(), Eigen::Vector3d::Zero());
   ASSERT_TRUE(fit);
   for (Eigen::Index k = 0; k < 3; ++k) {
-    const double mean = sums[static_cast<std::size_t>(k)].squares / 16.0;
+    const double mean = sums.squares(k) / 16.0;
     EXPECT_NEAR(fit->variance(k), mean, 1e-9 * mean);
   }
 }
