@@ -858,8 +858,11 @@ int run(const CalibrateCommand& command) {
   if (command.imu) {
     return run_imu(command);
   }
+  const TableOptions& table = command.rests.log.table;
   if (command.stream) {
-    return run_stream(command);
+    CalibrateCommand stream = command;
+    stream.experiment = with_columns_of_table(command.experiment, table);
+    return run_stream(stream, table);
   }
   if (command.shard || command.resume) {
     throw UsageError("--shard, --resume: require --stream");
@@ -871,7 +874,6 @@ int run(const CalibrateCommand& command) {
                   "table, name the axes with --axes, and columns without a header with --names",
                   joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
   }
-  const TableOptions& table = command.rests.log.table;
   ExperimentFile file = make_experiment_file(with_columns_of_table(command.experiment, table));
   Experiment& experiment = file.experiment;
   const std::string limits_path = command.limits.value_or(file.paths.limits);

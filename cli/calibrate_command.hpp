@@ -83,7 +83,8 @@ struct Unit {
 [[nodiscard]] std::string table_row(const Unit& unit, std::size_t parameters);
 
 /// Runs `calibrate --stream`. @return the exit status.
-[[nodiscard]] int run_stream(const CalibrateCommand& command);
+/// @param table  the options for the columns of the table of readings.
+[[nodiscard]] int run_stream(const CalibrateCommand& command, const TableOptions& table);
 
 /// Runs `calibrate --imu`. @return the exit status.
 [[nodiscard]] int run_imu(const CalibrateCommand& command);

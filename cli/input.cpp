@@ -82,6 +82,15 @@ ObservationsFile read_two_instruments(const std::string& path,
 
 }  // namespace
 
+OpenTable open_observations(
+    const std::string& path,
+    const ObservationColumns& columns,
+    const TableReading& reading,
+    const std::function<std::size_t(char* buffer, std::size_t size)>& read) {
+  return open_table(path, reading.options, wanted_of(columns, reading),
+                    CsvReader::Quotes::span_lines, read);
+}
+
 ObservationsFile read_observations_file(const std::string& path,
                                         const ObservationColumns& columns,
                                         const std::optional<ObservationColumns>& beside,
@@ -106,12 +115,11 @@ ObservationsFile read_observations_file(const std::string& path,
   SHA2_CTX digest;
   SHA256Init(&digest);
   const OpenTable table =
-      open_table(path, reading.options, wanted_of(columns, reading), CsvReader::Quotes::span_lines,
-                 [&](char* buffer, std::size_t size) {
-                   const std::size_t count = file.read(buffer, size);
-                   SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
-                   return count;
-                 });
+      open_observations(path, columns, reading, [&](char* buffer, std::size_t size) {
+        const std::size_t count = file.read(buffer, size);
+        SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
+        return count;
+      });
   ObservationsFile result{.run = read_observations(*table.csv, columns), .beside = {}};
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
   result.run.inputs = {{.path = path, .sha256 = SHA256End(&digest, text.data())}};

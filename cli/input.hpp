@@ -34,6 +34,15 @@ struct TableReading {
   std::string of_recording;
 };
 
+/// Opens a table of observations from a function, to read it row by row.
+/// @param read  function that returns the bytes of the table.
+/// @throws DataError  if open_table() throws it.
+[[nodiscard]] OpenTable open_observations(
+    const std::string& path,
+    const ObservationColumns& columns,
+    const TableReading& reading,
+    const std::function<std::size_t(char* buffer, std::size_t size)>& read);
+
 /// Reads a table of observations and computes the SHA-256 of its file.
 /// @param beside  columns of a second instrument in the same rows.
 /// @throws DataError  if the file is not a valid table of observations.

@@ -86,63 +86,112 @@ UnitText unit_of_json(std::string_view line) {
   return unit;
 }
 
-// Splits the lines of the input into units.
+// Splits the input into units. The input is a table of readings with a column `serial`, or it has
+// one line of JSON for each unit.
 class UnitReader {
  public:
-  explicit UnitReader(std::string path) : file_(path), path_(std::move(path)) {}
+  // @param columns, reading  describe the columns of a table.
+  UnitReader(const std::string& path,
+             const ObservationColumns& columns,
+             const TableReading& reading)
+      : file_(path), path_(path) {
+    while (!text_starts() && read_more()) {
+    }
+    if (text_starts() && text_[start_of_text()] == '{') {
+      return;
+    }
+    table_ = open_observations(path, columns, reading, [this](char* buffer, std::size_t size) {
+      const std::size_t before = text_.copy(buffer, size, at_);
+      at_ += before;
+      return before > 0 ? before : file_.read(buffer, size);
+    });
+    const CsvReader& csv = *table_->csv;
+    for (const std::string& name : csv.header()) {
+      header_ += (header_.empty() ? "" : ",") + csv_cell(name);
+    }
+    header_ += "\n";
+    serial_ = csv.column("serial");
+    station_ = csv.column("station");
+    batch_ = csv.column("batch");
+    if (!serial_) {
+      throw DataError(path_, csv.line(),
+                      "the column 'serial' is missing; --stream needs it to separate the units");
+    }
+  }
 
   // Returns the next unit; nullopt at the end of the input.
-  // @throws DataError  if the table lacks the column `serial`.
-  std::optional<UnitText> next() {
-    while (const std::optional<std::string> line = next_line()) {
-      if (line->empty() || line->front() == '#') {
-        continue;
+  std::optional<UnitText> next() { return table_ ? next_of_table() : next_of_json(); }
+
+ private:
+  std::optional<UnitText> next_of_table() {
+    CsvReader& csv = *table_->csv;
+    for (;;) {
+      const CsvReader::Row row = csv.next();
+      if (row == CsvReader::Row::end) {
+        return std::exchange(unit_, std::nullopt);
       }
-      if (header_.empty() && line->front() == '{') {
-        return unit_of_json(*line);
-      }
-      if (header_.empty()) {
-        set_header(*line);
-        continue;
-      }
-      const std::vector<std::string> cells = cells_of(without_returns(*line));
-      const auto cell = [&](std::size_t column) {
-        return column < cells.size() ? cells[column] : std::string();
+      // A defective row makes its unit an error, but not the other units.
+      const std::vector<std::string> split =
+          row == CsvReader::Row::good ? std::vector<std::string>() : cells_of(csv.text());
+      const auto cell = [&](const std::optional<std::size_t>& column) {
+        if (column && row == CsvReader::Row::good) {
+          return std::string(csv.cells()[*column]);
+        }
+        return column && *column < split.size() ? split[*column] : std::string();
       };
-      const std::string serial = cell(serial_);
       std::optional<UnitText> complete;
-      if (unit_ && unit_->serial != serial) {
+      if (unit_ && unit_->serial != cell(serial_)) {
         complete = std::exchange(unit_, std::nullopt);
       }
       if (!unit_) {
-        unit_ = UnitText{.serial = serial,
+        unit_ = UnitText{.serial = cell(serial_),
                          .station = cell(station_),
                          .batch = cell(batch_),
-                         .csv = header_ + "\n",
+                         .csv = header_,
                          .error = {}};
       }
-      unit_->csv += *line + "\n";
+      unit_->csv += csv.text();
+      unit_->csv += '\n';
       if (complete) {
         return complete;
       }
     }
-    return std::exchange(unit_, std::nullopt);
   }
 
- private:
-  void set_header(const std::string& line) {
-    header_ = line;
-    const std::vector<std::string> names = cells_of(without_returns(line));
-    const auto place_of = [&](const char* name) {
-      return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-    };
-    serial_ = place_of("serial");
-    station_ = place_of("station");
-    batch_ = place_of("batch");
-    if (serial_ == names.size()) {
-      throw DataError(path_, number_,
-                      "the column 'serial' is missing; --stream needs it to separate the units");
+  std::optional<UnitText> next_of_json() {
+    while (const std::optional<std::string> line = next_line()) {
+      if (!trimmed(*line).empty() && line->front() != '#') {
+        return unit_of_json(*line);
+      }
     }
+    return std::nullopt;
+  }
+
+  // Returns the index of the first character of text_ that is not in an empty line or a comment;
+  // text_.size() if there is none.
+  [[nodiscard]] std::size_t start_of_text() const {
+    for (std::size_t at = 0; at < text_.size();) {
+      at = std::min(text_.find_first_not_of(" \t\r\n", at), text_.size());
+      if (at == text_.size() || text_[at] != '#') {
+        return at;
+      }
+      at = std::min(text_.find('\n', at), text_.size());
+    }
+    return text_.size();
+  }
+  [[nodiscard]] bool text_starts() const { return start_of_text() < text_.size(); }
+
+  // Appends the next bytes of the input to text_. Returns false at the end.
+  bool read_more() {
+    if (text_.size() > largest_whole_file) {
+      throw DataError(path_, number_ + 1, "a line is longer than 256 MiB");
+    }
+    constexpr std::size_t piece = 1U << 16U;
+    const std::size_t size = text_.size();
+    text_.resize(size + piece);
+    const std::size_t count = file_.read(text_.data() + size, piece);
+    text_.resize(size + count);
+    return count > 0;
   }
 
   std::optional<std::string> next_line() {
@@ -156,15 +205,7 @@ class UnitReader {
       }
       text_.erase(0, at_);
       at_ = 0;
-      if (text_.size() > largest_whole_file) {
-        throw DataError(path_, number_ + 1, "a line is longer than 256 MiB");
-      }
-      constexpr std::size_t piece = 1U << 16U;
-      const std::size_t size = text_.size();
-      text_.resize(size + piece);
-      const std::size_t count = file_.read(text_.data() + size, piece);
-      text_.resize(size + count);
-      if (count == 0) {
+      if (!read_more()) {
         ++number_;
         return text_.empty() ? std::nullopt : std::optional(std::exchange(text_, ""));
       }
@@ -173,12 +214,11 @@ class UnitReader {
 
   InputFile file_;
   std::string path_;
-  std::string header_;
-  std::size_t serial_ = 0;  // index of the column `serial`; number of columns if it is missing
-  std::size_t station_ = 0;
-  std::size_t batch_ = 0;
+  std::optional<OpenTable> table_;  // nullopt: lines of JSON
+  std::string header_;              // first line of each unit's table
+  std::optional<std::size_t> serial_, station_, batch_;
   std::optional<UnitText> unit_;
-  std::string text_;
+  std::string text_;  // bytes that were read but not used; the first at_ bytes are used
   std::size_t at_ = 0;
   std::size_t number_ = 0;
 };
@@ -210,6 +250,7 @@ class Stream {
     }
   }
 
+  [[nodiscard]] const Experiment& experiment() const { return experiment_; }
   [[nodiscard]] const std::vector<std::string>& parameters() const { return parameters_; }
   [[nodiscard]] bool is_shard() const { return command_.shard.has_value(); }
   [[nodiscard]] bool holds(const UnitText& unit) const { return is_in_shard(shard_, unit.serial); }
@@ -437,7 +478,7 @@ void require_same_unit(const Finished& finished, const UnitText& unit) {
 
 }  // namespace
 
-int run_stream(const CalibrateCommand& given) {
+int run_stream(const CalibrateCommand& given, const TableOptions& table_options) {
   CalibrateCommand command = given;
   command.force = true;  // refused records are written too, with status "refused"
   if (command.experiment.files.size() != 1) {
@@ -456,7 +497,9 @@ int run_stream(const CalibrateCommand& given) {
   }
   const Stream stream(command);
   const Finished finished = command.resume ? finished_units(command) : Finished{};
-  UnitReader reader(command.experiment.files.front());
+  UnitReader reader(command.experiment.files.front(),
+                    observation_columns(stream.experiment(), Units::one),
+                    {.options = table_options});
   std::optional<LineFile> records;
   std::optional<LineFile> table;
   std::optional<StoreWriter> database;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Many units in one stream: a file, a pipe, shards and a resumed run give the same lines.
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -123,6 +124,28 @@ TEST_F(StreamTest, AnotherInputIsNotResumed) {
   EXPECT_EQ(resumed.status, 1);
   EXPECT_THAT(resumed.err, HasSubstr("order of its units has changed"));
   EXPECT_EQ(read_file(output), before);
+}
+
+// The stream reads the tables that a single unit's file may have: another delimiter, a decimal
+// comma, units in the header, and column names in capitals.
+TEST_F(StreamTest, TablesOfOtherLooksAreRead) {
+  const std::size_t header = text_.find('\n');
+  std::string own = text_.substr(header);
+  std::replace(own.begin(), own.end(), ',', ';');
+  std::replace(own.begin(), own.end(), '.', ',');
+  std::string names = text_.substr(0, header);
+  for (const std::string axis : {",x", ",y", ",z"}) {
+    names.insert(names.find(axis) + axis.size(), " (V)");
+  }
+  std::replace(names.begin(), names.end(), ',', ';');
+  names.replace(names.find("serial"), 6, "Serial");
+  const std::string path = folder_.write("german.csv", names + own);
+  const std::string plain = folder_.path("plain.csv");
+  run({"--table", plain}, path_);
+  const std::string german = folder_.path("table.csv");
+  const ProgramResult result = run({"--table", german}, path);
+  EXPECT_THAT(result.err, HasSubstr("column 'x (V)' is used as 'x'"));
+  EXPECT_EQ(read_file(german), read_file(plain));
 }
 
 TEST_F(StreamTest, JsonLinesAreUnits) {
