@@ -139,11 +139,11 @@ SolidState SolidFit::start() const {
           reference.slot));
     }
     std::map<Face, Eigen::Vector3d>& own = seen.emplace_back();
-    for (std::size_t i = 0; i < reference.readings.size(); ++i) {
-      const Eigen::VectorXd v = reference.response.row(static_cast<Eigen::Index>(i));
+    for (std::size_t i = 0; i < reference.observations.readings.size(); ++i) {
+      const Eigen::VectorXd v = reference.observations.response.row(static_cast<Eigen::Index>(i));
       const Eigen::Vector3d up = inverse * (v - reference.calibrated.bias);
-      own.try_emplace(reference.readings[i].point->rest(), Eigen::Vector3d::Zero()).first->second -=
-          reference.sign * reference.readings[i].level.of_all() * up;
+      own.try_emplace(reference.observations.readings[i].point->rest(), Eigen::Vector3d::Zero())
+          .first->second -= reference.sign * reference.observations.readings[i].level.of_all() * up;
     }
     for (auto& [face, normal] : own) {
       normal.normalize();
@@ -203,8 +203,8 @@ SolidFit::Layout SolidFit::layout(const SolidState& state) const {
     add("slope of the table under slot " + reference.slot,
         2 * static_cast<Eigen::Index>(reference.level_count));
     if (free_bias_and_scale_) {
-      add("bias of slot " + reference.slot, reference.response.cols());
-      add("scale of slot " + reference.slot, reference.response.cols());
+      add("bias of slot " + reference.slot, reference.observations.response.cols());
+      add("scale of slot " + reference.slot, reference.observations.response.cols());
     }
   }
   for (const RecordPrior& prior : priors_) {
@@ -221,8 +221,8 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
   for (std::size_t k = 0; k < references_.size(); ++k) {
     const SolidReference& reference = references_[k];
     const LinearResponse response = response_of(state, k);
-    for (std::size_t i = 0; i < reference.readings.size(); ++i) {
-      const Reading& reading = reference.readings[i];
+    for (std::size_t i = 0; i < reference.observations.readings.size(); ++i) {
+      const Reading& reading = reference.observations.readings[i];
       const Eigen::VectorXd fit = response.at(
           reading.level.of_all() *
           (state.mounts[k] * (cube.rotation_table_from_positioner(*reading.point).transpose() *
@@ -230,7 +230,9 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
       for (Eigen::Index axis = 0; axis < fit.size(); ++axis) {
         const double unit = reference.calibrated.sensitivity.row(axis).norm() * sigma[k] /
                             reference.root_weights[i];
-        all.push_back((reference.response(static_cast<Eigen::Index>(i), axis) - fit(axis)) / unit);
+        all.push_back(
+            (reference.observations.response(static_cast<Eigen::Index>(i), axis) - fit(axis)) /
+            unit);
       }
     }
   }
@@ -263,20 +265,20 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
   }
   Eigen::Index rows = layout.columns - layout.shift.front();
   for (const SolidReference& reference : references_) {
-    rows += reference.response.size();
+    rows += reference.observations.response.size();
   }
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, layout.columns);
   Eigen::Index row = 0;
   for (std::size_t k = 0; k < references_.size(); ++k) {
     const SolidReference& reference = references_[k];
-    const Eigen::Index m = reference.response.cols();
+    const Eigen::Index m = reference.observations.response.cols();
     const Eigen::Index first = layout.reference[k];
     const Eigen::Index fields = first + 3;
     const Eigen::Index bias = fields + 2 * static_cast<Eigen::Index>(reference.level_count);
     const LinearResponse response = response_of(state, k);
     const Eigen::MatrixXd& prior = priors_[reference.instrument].root;
-    for (std::size_t i = 0; i < reference.readings.size(); ++i, row += m) {
-      const Reading& reading = reference.readings[i];
+    for (std::size_t i = 0; i < reference.observations.readings.size(); ++i, row += m) {
+      const Reading& reading = reference.observations.readings[i];
       const std::size_t level = reference.levels[i];
       const Eigen::Vector3d& field = state.fields[k][level];
       const Eigen::Matrix3d to_sensor =
@@ -326,7 +328,7 @@ void SolidFit::move(SolidState& state, const Layout& layout, const Eigen::Vector
     normal = (normal + change.segment<3>(3 * face)).normalized();
   }
   for (std::size_t k = 0; k < references_.size(); ++k) {
-    const Eigen::Index m = references_[k].response.cols();
+    const Eigen::Index m = references_[k].observations.response.cols();
     Eigen::Index at = layout.reference[k];
     state.mounts[k] = rotation_by(step.segment<3>(at)) * state.mounts[k];
     at += 3;
@@ -359,7 +361,7 @@ std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
   std::vector<double> dof;
   Eigen::Index row = 0;
   for (const SolidReference& reference : references_) {
-    const Eigen::Index rows = reference.response.size();
+    const Eigen::Index rows = reference.observations.response.size();
     squares.push_back(residuals.segment(row, rows).squaredNorm());
     dof.push_back(static_cast<double>(rows) - leverage.segment(row, rows).sum());
     row += rows;
@@ -408,9 +410,9 @@ std::vector<int> SolidFit::worst_runs(const Eigen::VectorXd& residuals) const {
   std::vector<int> runs;
   Eigen::Index row = 0;
   for (const SolidReference& reference : references_) {
-    const Eigen::Index m = reference.response.cols();
+    const Eigen::Index m = reference.observations.response.cols();
     double largest = -1.0;
-    for (const Reading& reading : reference.readings) {
+    for (const Reading& reading : reference.observations.readings) {
       const double size = residuals.segment(row, m).norm();
       if (size > largest) {
         largest = size;

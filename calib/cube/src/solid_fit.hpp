@@ -17,8 +17,7 @@ namespace axiscal {
 /// The fit's input for one reference: n readings of m axes.
 struct SolidReference {
   std::string slot;
-  std::vector<Reading> readings;
-  Eigen::MatrixXd response;   // n x m
+  Observations observations;
   LinearResponse calibrated;  // biases and sensitivities of the record
   // Covariance of the biases and sensitivities, axis by axis, 4m x 4m; zero if the record has none.
   Eigen::MatrixXd covariance;

@@ -61,6 +61,9 @@ double digits_of_step(const std::vector<double>& distinct, double per_unit) {
   const auto first = static_cast<std::int64_t>(std::llround(distinct.front() * per_unit));
   for (const double value : distinct) {
     common = std::gcd(common, static_cast<std::int64_t>(std::llround(value * per_unit)) - first);
+    if (common == 1) {
+      return 1.0;
+    }
   }
   const auto g = static_cast<double>(common);
   const auto others = static_cast<double>(distinct.size()) - 2.0;
