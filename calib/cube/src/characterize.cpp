@@ -66,7 +66,7 @@ void check(const std::vector<Reference>& references) {
 void require_faces(const std::vector<SolidReference>& references) {
   std::set<Face> taken;
   for (const SolidReference& reference : references) {
-    for (const Reading& reading : reference.observations.readings) {
+    for (const Reading& reading : reference.run.readings) {
       taken.insert(reading.point->rest());
     }
   }
@@ -88,8 +88,8 @@ void require_faces(const std::vector<SolidReference>& references) {
 // and opposite fence faces. Only such readings separate the slope from the face normals.
 void require_opposites(const SolidReference& reference) {
   std::set<std::pair<std::size_t, DesignPoint>> there;
-  for (std::size_t i = 0; i < reference.observations.readings.size(); ++i) {
-    there.emplace(reference.levels[i], *reference.observations.readings[i].point);
+  for (std::size_t i = 0; i < reference.run.readings.size(); ++i) {
+    there.emplace(reference.levels[i], *reference.run.readings[i].point);
   }
   for (std::size_t level = 0; level < reference.level_count; ++level) {
     const bool has_pair = std::any_of(there.begin(), there.end(), [&](const auto& entry) {
@@ -142,7 +142,7 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
         instruments.emplace(reference.instrument, instruments.size()).first->second;
     SolidReference& own = solid.emplace_back(
         SolidReference{.slot = reference.slot,
-                       .observations = reference.observations,
+                       .run = reference.observations,
                        .calibrated = reference.calibration.sensor.response,
                        .covariance = calibration_covariance(reference.calibration),
                        .calibration_dof = calibration_dof(reference.calibration),
@@ -152,7 +152,7 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
                        .root_weights = {},
                        .levels = {}});
     std::map<int, std::size_t> blocks;
-    for (const Reading& reading : own.observations.readings) {
+    for (const Reading& reading : own.run.readings) {
       const int block = options.level_by == LevelBy::block ? reading.block : 1;
       own.levels.push_back(blocks.emplace(block, blocks.size()).first->second);
     }
@@ -385,7 +385,7 @@ void check_left_out(const std::vector<Reference>& references, const Characterize
 std::set<DesignPoint> points_of(const std::vector<SolidReference>& solid) {
   std::set<DesignPoint> points;
   for (const SolidReference& reference : solid) {
-    for (const Reading& reading : reference.observations.readings) {
+    for (const Reading& reading : reference.run.readings) {
       points.insert(*reading.point);
     }
   }

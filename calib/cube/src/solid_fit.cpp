@@ -139,11 +139,11 @@ SolidState SolidFit::start() const {
           reference.slot));
     }
     std::map<Face, Eigen::Vector3d>& own = seen.emplace_back();
-    for (std::size_t i = 0; i < reference.observations.readings.size(); ++i) {
-      const Eigen::VectorXd v = reference.observations.response.row(static_cast<Eigen::Index>(i));
+    for (std::size_t i = 0; i < reference.run.readings.size(); ++i) {
+      const Eigen::VectorXd v = reference.run.response.row(static_cast<Eigen::Index>(i));
       const Eigen::Vector3d up = inverse * (v - reference.calibrated.bias);
-      own.try_emplace(reference.observations.readings[i].point->rest(), Eigen::Vector3d::Zero())
-          .first->second -= reference.sign * reference.observations.readings[i].level.of_all() * up;
+      own.try_emplace(reference.run.readings[i].point->rest(), Eigen::Vector3d::Zero())
+          .first->second -= reference.sign * reference.run.readings[i].level.of_all() * up;
     }
     for (auto& [face, normal] : own) {
       normal.normalize();
@@ -203,8 +203,8 @@ SolidFit::Layout SolidFit::layout(const SolidState& state) const {
     add("slope of the table under slot " + reference.slot,
         2 * static_cast<Eigen::Index>(reference.level_count));
     if (free_bias_and_scale_) {
-      add("bias of slot " + reference.slot, reference.observations.response.cols());
-      add("scale of slot " + reference.slot, reference.observations.response.cols());
+      add("bias of slot " + reference.slot, reference.run.response.cols());
+      add("scale of slot " + reference.slot, reference.run.response.cols());
     }
   }
   for (const RecordPrior& prior : priors_) {
@@ -221,8 +221,8 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
   for (std::size_t k = 0; k < references_.size(); ++k) {
     const SolidReference& reference = references_[k];
     const LinearResponse response = response_of(state, k);
-    for (std::size_t i = 0; i < reference.observations.readings.size(); ++i) {
-      const Reading& reading = reference.observations.readings[i];
+    for (std::size_t i = 0; i < reference.run.readings.size(); ++i) {
+      const Reading& reading = reference.run.readings[i];
       const Eigen::VectorXd fit = response.at(
           reading.level.of_all() *
           (state.mounts[k] * (cube.rotation_table_from_positioner(*reading.point).transpose() *
@@ -230,9 +230,8 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
       for (Eigen::Index axis = 0; axis < fit.size(); ++axis) {
         const double unit = reference.calibrated.sensitivity.row(axis).norm() * sigma[k] /
                             reference.root_weights[i];
-        all.push_back(
-            (reference.observations.response(static_cast<Eigen::Index>(i), axis) - fit(axis)) /
-            unit);
+        all.push_back((reference.run.response(static_cast<Eigen::Index>(i), axis) - fit(axis)) /
+                      unit);
       }
     }
   }
@@ -265,20 +264,20 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
   }
   Eigen::Index rows = layout.columns - layout.shift.front();
   for (const SolidReference& reference : references_) {
-    rows += reference.observations.response.size();
+    rows += reference.run.response.size();
   }
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, layout.columns);
   Eigen::Index row = 0;
   for (std::size_t k = 0; k < references_.size(); ++k) {
     const SolidReference& reference = references_[k];
-    const Eigen::Index m = reference.observations.response.cols();
+    const Eigen::Index m = reference.run.response.cols();
     const Eigen::Index first = layout.reference[k];
     const Eigen::Index fields = first + 3;
     const Eigen::Index bias = fields + 2 * static_cast<Eigen::Index>(reference.level_count);
     const LinearResponse response = response_of(state, k);
     const Eigen::MatrixXd& prior = priors_[reference.instrument].root;
-    for (std::size_t i = 0; i < reference.observations.readings.size(); ++i, row += m) {
-      const Reading& reading = reference.observations.readings[i];
+    for (std::size_t i = 0; i < reference.run.readings.size(); ++i, row += m) {
+      const Reading& reading = reference.run.readings[i];
       const std::size_t level = reference.levels[i];
       const Eigen::Vector3d& field = state.fields[k][level];
       const Eigen::Matrix3d to_sensor =
@@ -328,7 +327,7 @@ void SolidFit::move(SolidState& state, const Layout& layout, const Eigen::Vector
     normal = (normal + change.segment<3>(3 * face)).normalized();
   }
   for (std::size_t k = 0; k < references_.size(); ++k) {
-    const Eigen::Index m = references_[k].observations.response.cols();
+    const Eigen::Index m = references_[k].run.response.cols();
     Eigen::Index at = layout.reference[k];
     state.mounts[k] = rotation_by(step.segment<3>(at)) * state.mounts[k];
     at += 3;
@@ -361,7 +360,7 @@ std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
   std::vector<double> dof;
   Eigen::Index row = 0;
   for (const SolidReference& reference : references_) {
-    const Eigen::Index rows = reference.observations.response.size();
+    const Eigen::Index rows = reference.run.response.size();
     squares.push_back(residuals.segment(row, rows).squaredNorm());
     dof.push_back(static_cast<double>(rows) - leverage.segment(row, rows).sum());
     row += rows;
@@ -410,9 +409,9 @@ std::vector<int> SolidFit::worst_runs(const Eigen::VectorXd& residuals) const {
   std::vector<int> runs;
   Eigen::Index row = 0;
   for (const SolidReference& reference : references_) {
-    const Eigen::Index m = reference.observations.response.cols();
+    const Eigen::Index m = reference.run.response.cols();
     double largest = -1.0;
-    for (const Reading& reading : reference.observations.readings) {
+    for (const Reading& reading : reference.run.readings) {
       const double size = residuals.segment(row, m).norm();
       if (size > largest) {
         largest = size;

@@ -17,7 +17,7 @@ namespace axiscal {
 /// The fit's input for one reference: n readings of m axes.
 struct SolidReference {
   std::string slot;
-  Observations observations;
+  Observations run;
   LinearResponse calibrated;  // biases and sensitivities of the record
   // Covariance of the biases and sensitivities, axis by axis, 4m x 4m; zero if the record has none.
   Eigen::MatrixXd covariance;
