@@ -7,7 +7,7 @@ power.py
 - The magnitude of the field wanders: it is correlated by 0.9 from reading to reading, with a standard deviation of 2
   sigma. sigma is the noise of a reading, relative to the field.
 - A response with a square: v = b + S f + k f^2 with k = N(0, 1 sigma) for each axis, turned by hand (method
-  `magnitude`).
+  `magnitude`) or laid on the table.
 
 The test knows everything but the coefficients (Neyman and Pearson). "unknown noise" does not know the size of the
 noise. No other test of the same level can be better, whatever its form. The figures are in docs/accuracy.md. Needs
@@ -41,19 +41,32 @@ def power(J, effect, rng):
     return np.array(found)
 
 
-def wandering_field(points, at_random, rng):
-    n = len(points)
-    rows = [points[i] for i in (rng.permutation(n) if at_random else range(n))]
+def columns_of_table(rows):
+    """Returns the columns of b, S and the field's direction for labelled readings, and the fields in the cube."""
+    n = len(rows)
     R = [to_cube(*row).T for row in rows]
     f = np.array([r @ [2e-3, -3e-3, 1.0] for r in R])
     J = np.zeros((3 * n, 14))
-    along = np.zeros((3 * n, n))
     for k in range(3):
         J[k * n:(k + 1) * n, 4 * k:4 * k + 4] = np.column_stack([np.ones(n), f])
-        J[k * n:(k + 1) * n, 12:] = np.array([r[k, :2] for r in R])  # the directions of the field
-        along[k * n:(k + 1) * n] = np.diag(f[:, k])
+        J[k * n:(k + 1) * n, 12:] = np.array([r[k, :2] for r in R])
+    return J, f
+
+
+def wandering_field(points, at_random, rng):
+    n = len(points)
+    J, f = columns_of_table([points[i] for i in (rng.permutation(n) if at_random else range(n))])
+    along = np.vstack([np.diag(f[:, k]) for k in range(3)])
     t = np.arange(n)
     return power(J, (2 * SIGMA)**2 * along @ 0.9**np.abs(t[:, None] - t) @ along.T, rng)
+
+
+def square_on_table(blocks, rng):
+    J, f = columns_of_table(STANDARD_12 * blocks)
+    squares = np.zeros((len(J), 3))
+    for k in range(3):
+        squares[k * len(f):(k + 1) * len(f), k] = f[:, k]**2
+    return power(J, SIGMA**2 * squares @ squares.T, rng)
 
 
 def square_by_magnitude(n, rng):
@@ -74,6 +87,9 @@ def main():
     for n in (60, 150):
         found = np.mean([square_by_magnitude(n, rng) for _ in range(4)], axis=0)
         print(f"square of 1 sigma, {n} readings by hand: {100 * found[0]:.0f} %, {100 * found[1]:.0f} %")
+    for blocks in (1, 4):
+        found = np.mean([square_on_table(blocks, rng) for _ in range(4)], axis=0)
+        print(f"square of 1 sigma, 12 orientations, {blocks} blocks: {100 * found[0]:.0f} %, {100 * found[1]:.0f} %")
 
 
 if __name__ == "__main__":
