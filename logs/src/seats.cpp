@@ -310,6 +310,15 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
   return labels;
 }
 
+namespace {
+
+std::string unknown_face(std::size_t rest, const std::optional<Face>& face) {
+  return formatted("the design point of {} is unknown: the accelerometer shows {}", rest_name(rest),
+                   seen_name(face));
+}
+
+}  // namespace
+
 SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
                             const Eigen::MatrixX3d& ups,
                             const Eigen::MatrixX3d& fields,
@@ -342,7 +351,9 @@ SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
         labels.points[i] = point;
       }
     }
-    if (!faces[i] || least > farthest_rad) {
+    if (!faces[i]) {
+      labels.messages.push_back(unknown_face(i, faces[i]));
+    } else if (least > farthest_rad) {
       labels.points[i].reset();
       labels.messages.push_back(
           formatted("the design point of {} ({}) is unknown: according to the magnetometer, the "
@@ -359,9 +370,7 @@ SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces) {
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (!faces[i]) {
       labels.points.emplace_back();
-      labels.messages.push_back(
-          formatted("the design point of {} is unknown: the accelerometer shows {}", rest_name(i),
-                    seen_name(faces[i])));
+      labels.messages.push_back(unknown_face(i, faces[i]));
       continue;
     }
     labels.points.emplace_back(

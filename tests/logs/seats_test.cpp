@@ -221,6 +221,10 @@ TEST(LabelByHeading, FindsTheFenceFaces) {
   for (std::size_t i = 0; i < sheet.size(); ++i) {
     EXPECT_EQ(labels.points[i], sheet[i].entry.point) << i;
   }
+  std::vector<std::optional<Face>> faces = resting_faces(readings_of(sheet));
+  faces[3].reset();
+  EXPECT_THAT(label_by_heading(faces, ups, fields, sheet[0].entry.point).messages,
+              ElementsAre(HasSubstr("rest 4 is unknown: the accelerometer shows no face")));
 }
 
 TEST(LabelByOrder, TakesTheFencesInTurn) {

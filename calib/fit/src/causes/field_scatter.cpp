@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -232,9 +233,30 @@ bool can_be_looked_at(const Fit& run) {
          set.visible.empty() && !set.robust;
 }
 
+// The signs that the magnitude of the field varies from reading to reading.
+struct FieldVariation {
+  NoiseRatio all;            // the noise along the field to that across it; 1 if it is not tested
+  double one_axis = 1.0;     // smallest probability of such a ratio of one axis, by chance
+  double score = 0.0;        // result of lag_one_score_along()
+  double correlation = 0.0;  // of consecutive readings along the field
+
+  // Returns the probability of both signs together by chance.
+  [[nodiscard]] double p_value() const {
+    FisherSum both;
+    if (all.above < 1.0) {
+      both.add(all.above);
+    }
+    both.add(0.5 * std::erfc(score / std::numbers::sqrt2));
+    return both.p_value();
+  }
+};
+
 // Lengthens intervals if the noise along the field differs from the noise across it.
 // @param one  the noise along the field.
-void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate) {
+void add_field_noise(const Fit& run,
+                     const PartOfNoise& one,
+                     FieldVariation& found,
+                     Estimate& estimate) {
   const std::vector<ScatterComponent>& known = estimate.statistics.components;
   const bool seats_fitted = std::any_of(
       known.begin(), known.end(), [](const auto& component) { return component.name == "seats"; });
@@ -242,7 +264,7 @@ void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate)
     return;
   }
   const Eigen::Index m = run.axes();
-  NoiseRatio all;
+  NoiseRatio& all = found.all;
   if (m > 1) {
     const double left = run.degrees_of_freedom();
     all = ratio_of(one, {.squares = run.residuals().squaredNorm() - one.squares,
@@ -250,7 +272,7 @@ void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate)
                          .trace_of_square = left + one.trace_of_square - 2.0 * one.trace});
   }
   const Eigen::MatrixXd cosines = cosines_of(run, estimate);
-  double one_axis = 1.0;
+  double& one_axis = found.one_axis;
   for (Eigen::Index k = 0; k < m; ++k) {
     one_axis = std::min(one_axis, ratio_of_axis(run, k, cosines.col(k)).above);
   }
@@ -271,31 +293,13 @@ void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate)
     wider.component().sd(k) = run.sigma(k) * std::sqrt(std::max(all.ratio, 1.0 / all.ratio));
   }
   wider.put();
-  constexpr double beyond_chance = 0.005;
-  if (all.above < beyond_chance || one_axis * static_cast<double>(m) < beyond_chance) {
-    estimate.notes.push_back(
-        {NoteCode::field,
-         formatted("noise increases with the field: the scatter of the readings along the field is "
-                   "{} times the scatter across the field. Check whether the magnitude of the "
-                   "field, or the rate of the turntable, fluctuates. The intervals of the "
-                   "sensitivities include this scatter",
-                   number_text(std::sqrt(std::max(all.ratio, 1.0)), 2))});
-  } else if (all.below < beyond_chance) {
-    estimate.notes.push_back(
-        {NoteCode::seats,
-         formatted("the scatter of the readings across the field is {} times the scatter along the "
-                   "field, as if the cube's orientation varied each time it is laid down: clean "
-                   "its feet, the table and the fence. The intervals of the sensitivities include "
-                   "this scatter",
-                   number_text(std::sqrt(1.0 / std::max(all.ratio, 1e-6)), 2))});
-  }
 }
 
 // Lengthens intervals if the magnitude of the field, or the gain of all axes together, varies
 // slowly over the run.
-void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estimate& estimate) {
-  const double score = lag_one_score_along(along.deviations, along.hat_root, along.hat_squares);
-  if (!(score > one_sided_5_percent)) {
+void add_field_wander(const Fit& run, AlongField along, FieldVariation& found, Estimate& estimate) {
+  found.score = lag_one_score_along(along.deviations, along.hat_root, along.hat_squares);
+  if (!(found.score > one_sided_5_percent)) {
     return;
   }
   along.hat_root.resize(0, 0);
@@ -309,6 +313,7 @@ void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estim
                            .sizes = along.size / size,
                            .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
                            .degrees_of_freedom = run.degrees_of_freedom()});
+  found.correlation = fit.correlation;
   constexpr double slight = 0.1;
   if (!(fit.correlation > slight)) {
     return;
@@ -327,16 +332,43 @@ void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estim
   wider.component().sd = Eigen::VectorXd::Constant(1, fit.correlation);
   wider.component().unit = "correlation";
   wider.put();
+}
+
+// Adds a note if the magnitude of the field varies, or if the cube is laid down differently each
+// time. The scatter of the readings along the field and their correlation are tested together,
+// because a magnitude that wanders increases both.
+void note_field_scatter(const FieldVariation& found, Eigen::Index axes, Estimate& estimate) {
+  constexpr double beyond_chance = 0.005;
+  constexpr double of_one_sign = 0.004;
+  constexpr double of_both = 0.012;
   constexpr double clear = 0.3;
-  constexpr double one_sided_1_percent = 2.326;
-  if (fit.correlation > clear && score > one_sided_1_percent && !gains_differ) {
+  const NoiseRatio& all = found.all;
+  const bool varies = found.p_value() < of_both || all.above < of_one_sign ||
+                      found.one_axis * static_cast<double>(axes) < beyond_chance;
+  if (varies && found.correlation > clear) {
     estimate.notes.push_back(
         {NoteCode::field,
          formatted("the components of consecutive readings along the field are correlated "
                    "(coefficient about {}): the magnitude of the field, or the gain of all axes "
                    "together, varies slowly. The sensitivities are valid for the field during the "
                    "run, and their intervals include this variation",
-                   number_text(fit.correlation, 1))});
+                   number_text(found.correlation, 1))});
+  } else if (varies) {
+    estimate.notes.push_back(
+        {NoteCode::field,
+         formatted("noise increases with the field: the scatter of the readings along the field is "
+                   "{} times the scatter across the field. Check whether the magnitude of the "
+                   "field, or the rate of the turntable, fluctuates. The intervals of the "
+                   "sensitivities include this scatter",
+                   number_text(std::sqrt(std::max(all.ratio, 1.0)), 2))});
+  } else if (all.below < beyond_chance) {
+    estimate.notes.push_back(
+        {NoteCode::seats,
+         formatted("the scatter of the readings across the field is {} times the scatter along the "
+                   "field, as if the cube's orientation varied each time it is laid down: clean "
+                   "its feet, the table and the fence. The intervals of the sensitivities include "
+                   "this scatter",
+                   number_text(std::sqrt(1.0 / std::max(all.ratio, 1e-6)), 2))});
   }
 }
 
@@ -344,12 +376,16 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
   if (!can_be_looked_at(run)) {
     return;
   }
+  FieldVariation found;
   if (!gains_differ) {  // gains that differ between blocks look like noise along the field
-    add_field_noise(run, part_along(run, along_field(run)), estimate);
+    add_field_noise(run, part_along(run, along_field(run)), found, estimate);
   }
   // along_field() is called a second time to save memory. Two results at the same time would need
   // more memory than any other step of a calibration.
-  add_field_wander(run, along_field(run), gains_differ, estimate);
+  add_field_wander(run, along_field(run), found, estimate);
+  if (!gains_differ) {
+    note_field_scatter(found, run.axes(), estimate);
+  }
 }
 
 CountedEstimate counted_field_scatter(const ScatterAnalysisInput& run, CountedEstimate so_far) {
