@@ -99,9 +99,9 @@ template <GaussNewtonProblem Problem>
   constexpr double least_damping = 1e-6;
   // A step without damping is not taken if it is shorter than `negligible`, and if its predicted
   // decrease divided by the variance of a residual is below `least_worth_a_step`. It would move the
-  // solution by less than 3e-10 of its uncertainty.
+  // solution by less than 6e-10 of its uncertainty.
   constexpr double negligible = 1e-13;
-  constexpr double least_worth_a_step = 1e-19;
+  constexpr double least_worth_a_step = 4e-19;
   GaussNewtonResult<typename Problem::State> result{.state = std::move(start)};
   typename Problem::Linear linear;
   double last_length = 1.0;  // length of the last step that was accepted
