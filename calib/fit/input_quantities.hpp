@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/uncertainty_budget.hpp"
 #include "calib/fit/fit.hpp"
 #include "calib/fit/reading_set.hpp"
 
@@ -62,5 +63,10 @@ struct InputQuantity {
 [[nodiscard]] Eigen::MatrixXd input_error_jacobian(const std::vector<InputQuantity>& inputs,
                                                    const Fit& run,
                                                    const TableField& field);
+
+/// @param shares  contribution of each input to the covariance of the coefficients.
+/// @return the inputs as sources of the uncertainty budget.
+[[nodiscard]] std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inputs,
+                                                        std::vector<Eigen::MatrixXd> shares);
 
 }  // namespace axiscal

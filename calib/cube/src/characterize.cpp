@@ -20,6 +20,7 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "calib/cube/src/characterize_checks.hpp"
 #include "calib/cube/src/solid_fit.hpp"
 #include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
@@ -29,81 +30,6 @@ namespace {
 
 constexpr double misfit_below = 0.005;
 constexpr double same_orientation_rad = 0.1;
-
-void check(const std::vector<Reference>& references) {
-  std::set<std::string> slots;
-  for (const Reference& reference : references) {
-    if (reference.slot.empty() || !slots.insert(reference.slot).second) {
-      throw DomainError("characterize: each reference needs a unique slot name");
-    }
-    const Calibration& calibration = reference.calibration;
-    const std::string slot = formatted("slot {}: ", reference.slot);
-    if (calibration.sensor.response.bias.size() < 3) {
-      throw RefusedError(slot +
-                         "the instrument has fewer than three axes; it cannot measure a cube");
-    }
-    if (reference.observations.response.cols() != calibration.sensor.response.bias.size()) {
-      throw DomainError(slot + "the readings and the record have different numbers of axes");
-    }
-    const std::optional<Eigen::Vector3d>& field = calibration.sensor.field.in_table;
-    const bool along_normal = field_kind(calibration.sensor.field.kind).vertical ||
-                              (field && std::abs(field->z()) > 0.99 * field->norm());
-    if (!along_normal) {
-      throw RefusedError(formatted(
-          "{}the field is {}, but a cube can be measured only in a field along the table's normal, "
-          "for example gravity",
-          slot, calibration.sensor.field.kind));
-    }
-    for (const Reading& reading : reference.observations.readings) {
-      if (!reading.point) {
-        throw RefusedError(formatted("{}run {} lacks a design point", slot, reading.run));
-      }
-    }
-  }
-}
-
-// Throws RefusedError if a face was never the rest face, because its normal is then undetermined.
-void require_faces(const std::vector<SolidReference>& references) {
-  std::set<Face> taken;
-  for (const SolidReference& reference : references) {
-    for (const Reading& reading : reference.run.readings) {
-      taken.insert(reading.point->rest());
-    }
-  }
-  std::vector<std::string> missing;
-  for (const Face face : all_faces) {
-    if (!taken.contains(face)) {
-      missing.emplace_back(face_name(face));
-    }
-  }
-  if (!missing.empty()) {
-    throw RefusedError(formatted(
-        "no reading has the rest face {}, so the normal of this face is undetermined; add readings "
-        "on this face",
-        joined(missing)));
-  }
-}
-
-// Throws RefusedError unless each slope has readings at two design points with the same rest face
-// and opposite fence faces. Only such readings separate the slope from the face normals.
-void require_opposites(const SolidReference& reference) {
-  std::set<std::pair<std::size_t, DesignPoint>> there;
-  for (std::size_t i = 0; i < reference.run.readings.size(); ++i) {
-    there.emplace(reference.levels[i], *reference.run.readings[i].point);
-  }
-  for (std::size_t level = 0; level < reference.level_count; ++level) {
-    const bool has_pair = std::any_of(there.begin(), there.end(), [&](const auto& entry) {
-      return entry.first == level && there.contains({level, entry.second.turned_round()});
-    });
-    if (!has_pair) {
-      throw RefusedError(formatted(
-          "slot {}: no reading has an opposite reading (same rest face, but the opposite fence "
-          "face), so the readings do not separate the table's slope from the cube's faces; repeat "
-          "the reading on each rest face with the opposite face at the fence",
-          reference.slot));
-    }
-  }
-}
 
 double calibration_dof(const Calibration& calibration) {
   if (!calibration.fit.statistics) {
@@ -445,7 +371,7 @@ MountRepeatability estimate_repeatability(const std::vector<Eigen::Matrix3d>& mo
 
 Characterization characterize(const std::vector<Reference>& references,
                               const CharacterizeOptions& options) {
-  check(references);
+  check_references(references);
   check_left_out(references, options);
   const std::vector<SolidReference> solid = solid_references(references, options);
   if (solid.empty()) {

@@ -366,10 +366,8 @@ std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
     row += rows;
   }
   degrees_of_freedom = std::accumulate(dof.begin(), dof.end(), 0.0);
-  const double pooled =
-      degrees_of_freedom > 0.5
-          ? std::accumulate(squares.begin(), squares.end(), 0.0) / degrees_of_freedom
-          : 1.0;
+  const double all = std::accumulate(squares.begin(), squares.end(), 0.0);
+  const double pooled = degrees_of_freedom > 0.5 ? all / degrees_of_freedom : 1.0;
   std::vector<double> next;
   for (std::size_t k = 0; k < references_.size(); ++k) {
     const double own = dof[k] >= fewest_dof ? squares[k] / dof[k] : pooled;
@@ -411,11 +409,10 @@ std::vector<int> SolidFit::worst_runs(const Eigen::VectorXd& residuals) const {
   for (const SolidReference& reference : references_) {
     const Eigen::Index m = reference.run.response.cols();
     double largest = -1.0;
+    runs.push_back(0);
     for (const Reading& reading : reference.run.readings) {
-      const double size = residuals.segment(row, m).norm();
-      if (size > largest) {
-        largest = size;
-        runs.resize(static_cast<std::size_t>(&reference - references_.data()) + 1);
+      if (residuals.segment(row, m).norm() > largest) {
+        largest = residuals.segment(row, m).norm();
         runs.back() = reading.run;
       }
       row += m;

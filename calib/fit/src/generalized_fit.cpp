@@ -378,21 +378,6 @@ bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
          set.visible.empty() && set.seen.cols() == 0;
 }
 
-std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inputs,
-                                          std::vector<Eigen::MatrixXd> shares) {
-  std::vector<UncertaintySource> sources;
-  for (std::size_t s = 0; s < inputs.size(); ++s) {
-    sources.push_back({.name = inputs[s].name,
-                       .type = "B",
-                       .distribution = inputs[s].distribution,
-                       .input_u = inputs[s].u,
-                       .input_unit = inputs[s].unit,
-                       .degrees_of_freedom = std::numeric_limits<double>::infinity(),
-                       .covariance = std::move(shares[s])});
-  }
-  return sources;
-}
-
 }  // namespace
 
 std::optional<CurvatureTest> test_curvature(const Experiment& experiment,

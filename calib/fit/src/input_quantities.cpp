@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/fit/input_quantities.hpp"
 
+#include <limits>
+#include <utility>
+
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "calib/regression/factor.hpp"
@@ -104,6 +107,21 @@ Eigen::MatrixXd input_error_jacobian(const std::vector<InputQuantity>& inputs,
     }
   }
   return changes;
+}
+
+std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inputs,
+                                          std::vector<Eigen::MatrixXd> shares) {
+  std::vector<UncertaintySource> sources;
+  for (std::size_t s = 0; s < inputs.size(); ++s) {
+    sources.push_back({.name = inputs[s].name,
+                       .type = "B",
+                       .distribution = inputs[s].distribution,
+                       .input_u = inputs[s].u,
+                       .input_unit = inputs[s].unit,
+                       .degrees_of_freedom = std::numeric_limits<double>::infinity(),
+                       .covariance = std::move(shares[s])});
+  }
+  return sources;
 }
 
 }  // namespace axiscal

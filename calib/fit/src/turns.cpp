@@ -19,9 +19,9 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/version.hpp"
+#include "calib/fit/src/turn_unknowns.hpp"
 #include "calib/fit/src/turn_weighing.hpp"
 #include "calib/record/calibration_warning.hpp"
-#include "calib/record/parameter_names.hpp"
 #include "calib/regression/factor.hpp"
 #include "calib/regression/gauss_newton.hpp"
 #include "core/formatted.hpp"
@@ -287,47 +287,6 @@ class HalvedTurns {
 
   std::span<const GyroscopeTurn> turns_;
 };
-
-std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
-  const std::vector<std::string> axes = {"x", "y", "z"};
-  std::vector<std::string> names = names_of_columns(axes, {1, 2, 3}, {});
-  const std::vector<std::string> biases = names_of_columns(axes, {0}, {});
-  names.insert(names.end(), biases.begin(), biases.end());
-  names.resize(static_cast<std::size_t>(unknowns));
-  return names;
-}
-
-// Finds the unknowns that the turns do not determine. Noise makes the singular value of an
-// undetermined direction larger than 0, but it remains about a hundred times smaller than the
-// others.
-std::vector<Eigen::Index> open_unknowns(const Eigen::MatrixXd& J) {
-  constexpr double open_below = 5e-3;
-  return confounded_columns(J, open_below, 0.1);
-}
-
-// Returns true if an unknown is undetermined, or if it affects the turns so little that its
-// estimate is mainly noise.
-bool leaves_room(const Eigen::MatrixXd& J) {
-  constexpr double little = 0.1;
-  const Eigen::VectorXd lengths = J.colwise().norm();
-  return lengths.minCoeff() < little * lengths.maxCoeff() || !open_unknowns(J).empty();
-}
-
-void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_t turns) {
-  std::vector<std::string> open =
-      undetermined_column_names(open_unknowns(J), names_of_unknowns(J.cols()));
-  if (!open.empty()) {
-    const std::string list = joined(open);
-    throw RankDeficientError(
-        formatted("the {} turns do not determine {}; turn the instrument about each of its axes, "
-                  "at least a quarter turn from rest to rest{}",
-                  turns, list,
-                  fit.has_rotations ? ""
-                                    : "; turns about only the vertical do not help, because the "
-                                      "accelerometer does not measure them"),
-        std::move(open));
-  }
-}
 
 // Returns the number of revolutions of the instrument during a turn. Rotations in opposite
 // directions add up and do not cancel.

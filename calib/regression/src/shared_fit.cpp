@@ -17,11 +17,11 @@ namespace {
 class FitAtVariances {
  public:
   explicit FitAtVariances(const SharedSums& sums)
-      : of_responses_(&sums), root_(sums.shared(), sums.shared()) {}
+      : sums_(&sums), root_(sums.shared(), sums.shared()) {}
 
   // @param at  ln sigma^2 of each response, m entries.
   void evaluate(const Eigen::VectorXd& at) {
-    const SharedSums& sums = *of_responses_;
+    const SharedSums& sums = *sums_;
     log_variance_ = at;
     weight_ = (-at.array()).exp();
     misfit_ = 0.0;
@@ -53,7 +53,7 @@ class FitAtVariances {
   // @param lowest     lower limits of log_variance().
   // @param is_newton  receives true if the step is Newton's.
   [[nodiscard]] Eigen::VectorXd newton_step(const Eigen::VectorXd& lowest, bool& is_newton) {
-    const SharedSums& sums = *of_responses_;
+    const SharedSums& sums = *sums_;
     const Eigen::Index m = sums.responses();
     const Eigen::Index D = sums.shared();
     // For each response k, with R = root_ and w_k = weight_(k): column k of `whitened_` contains
@@ -102,7 +102,7 @@ class FitAtVariances {
   }
 
  private:
-  const SharedSums* of_responses_;
+  const SharedSums* sums_;
   bool determined_ = true;
   double misfit_ = 0.0;
   Eigen::VectorXd log_variance_;        // u = ln sigma^2 of each response, m entries
@@ -162,7 +162,7 @@ std::optional<SharedFit> fit_shared(const SharedSums& sums,
       }
     }
     // After a Newton step, the remaining error is approximately the square of the step.
-    const double still = is_newton ? std::sqrt(accuracy) : 1e-3 * accuracy;
+    const double still = is_newton ? std::sqrt(accuracy) : 0.1 * accuracy;
     if (!better || step.cwiseAbs().maxCoeff() < still) {
       break;
     }

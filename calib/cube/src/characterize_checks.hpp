@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "axiscal/calib/characterize.hpp"
+#include "calib/cube/src/solid_fit.hpp"
+
+namespace axiscal {
+
+/// @throws DomainError   if a slot has no name or the name of another slot, or if the readings and
+///                       the record of a reference have different numbers of axes.
+/// @throws RefusedError  if a reference cannot measure a cube: it has fewer than three axes, its
+///                       field is not along the table's normal, or a reading has no design point.
+void check_references(const std::vector<Reference>& references);
+
+/// @throws RefusedError  if a face was never the rest face, because its normal is then
+///                       undetermined.
+void require_faces(const std::vector<SolidReference>& references);
+
+/// Requires that each slope has readings at two design points with the same rest face and opposite
+/// fence faces. Only such readings separate the slope from the face normals.
+/// @throws RefusedError  if there is no such pair.
+void require_opposites(const SolidReference& reference);
+
+}  // namespace axiscal
