@@ -40,8 +40,11 @@ struct CountedEstimate {
   /// contribution of each uncertain input to the covariance
   std::vector<UncertaintySource> weighed;
   bool mounts_counted = false;  ///< true if the uncertainty includes the mounts' rotations
-  bool gains_differ = false;    ///< true if the sensitivities differ between blocks
-  bool by_lengths = false;      ///< true if fit_face_lengths() replaced the estimate
+  /// true if consecutive readings of a pose share an error, so that only their means are
+  /// independent
+  bool means_counted = false;
+  bool gains_differ = false;  ///< true if the sensitivities differ between blocks
+  bool by_lengths = false;    ///< true if fit_face_lengths() replaced the estimate
 };
 
 /// A cause of scatter that the residuals of the fit do not show. One source file contains its test,

@@ -59,6 +59,7 @@ namespace axiscal {
 ///
 /// @param run       the readings that were fitted.
 /// @param estimate  the estimate after weigh_shared_errors().
+/// @param means_counted  see CountedEstimate::means_counted.
 /// @return nullopt if the readings do not determine the fit, or if their rounding errors could look
 ///         like curvature.
 /// @par Source
@@ -66,6 +67,7 @@ namespace axiscal {
 [[nodiscard]] std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
                                                           const SolvedReadings& run,
                                                           Method method,
-                                                          const Estimate& estimate);
+                                                          const Estimate& estimate,
+                                                          bool means_counted = false);
 
 }  // namespace axiscal

@@ -69,6 +69,45 @@ TEST(ErrorsOfPoses, AreNotSeenInWhiteReadings) {
   EXPECT_GE(none.covered, 164);
 }
 
+// A logger writes five rows for each laying. The rows share the error of the laying, which is as
+// large as the noise. Only the means are independent: they decide about curvature, about noise that
+// differs along the field, and about correlated readings.
+TEST(ErrorsOfLayings, RaiseNoAlarmsAndLeaveIntervalsValid) {
+  const SensorModel truth = test::accelerometer_truth();
+  const Experiment experiment = test::experiment_for(truth);
+  constexpr int rows = 5;
+  constexpr std::uint64_t runs = 150;
+  int alarms = 0;
+  int covered = 0;  // cross terms, out of 6 * runs
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    const Observations once = simulate(truth, make_run_sheet(standard_design(12), 1, seed),
+                                       {.noise_sd = noise, .seed = seed});
+    RandomStream random(seed, 9);
+    Observations run = once;
+    run.readings.clear();
+    run.response.resize(rows * once.size(), 3);
+    for (Eigen::Index i = 0; i < run.response.rows(); ++i) {
+      Reading reading = once.readings[static_cast<std::size_t>(i / rows)];
+      reading.run = static_cast<int>(i) + 1;
+      run.readings.push_back(reading);
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        run.response(i, k) = once.response(i / rows, k) + noise * random.normal();
+      }
+    }
+    const Calibration found = calibrate(experiment, run);
+    alarms += found.findings.warnings.empty() ? 0 : 1;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        const double error =
+            found.sensor.response.sensitivity(k, j) - truth.response.sensitivity(k, j);
+        covered += j != k && std::abs(error) <= found.fit.statistics->interval_95(4 * k + 1 + j);
+      }
+    }
+  }
+  EXPECT_LE(alarms, 6);
+  EXPECT_GE(covered, 828);  // 92 % of 900
+}
+
 // Five readings of each laying share one error, so the covariance is that of the 12 means.
 TEST(ErrorsOfLayings, CountEachLayingOnce) {
   const SensorModel truth = test::accelerometer_truth();

@@ -6,6 +6,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "calib/fit/fit.hpp"
 #include "calib/fit/src/causes/causes.hpp"
+#include "calib/fit/src/causes/noise_parts.hpp"
 #include "calib/regression/serial_correlation.hpp"
 #include "core/formatted.hpp"
 
@@ -107,7 +108,9 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
 }
 
 CountedEstimate counted_correlation(const ScatterAnalysisInput& run, CountedEstimate so_far) {
-  add_serial_correlation(run.judged, so_far.estimate);
+  with_independent_readings(run, so_far, [&](const SolvedReadings& readings) {
+    add_serial_correlation(readings, so_far.estimate);
+  });
   return so_far;
 }
 

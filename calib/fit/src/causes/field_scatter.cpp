@@ -395,7 +395,9 @@ CountedEstimate counted_field_scatter(const ScatterAnalysisInput& run, CountedEs
   if (!run.is_transfer() && !run.method.averages_pairs &&
       !is_coarsely_rounded(run.fitted.set(), run.experiment.stated.resolution,
                            so_far.estimate.statistics.residual_sd)) {
-    add_field_scatter(Fit(run.judged, so_far.estimate), so_far.gains_differ, so_far.estimate);
+    with_independent_readings(run, so_far, [&](const SolvedReadings& readings) {
+      add_field_scatter(Fit(readings, so_far.estimate), so_far.gains_differ, so_far.estimate);
+    });
   }
   return so_far;
 }

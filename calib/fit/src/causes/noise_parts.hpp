@@ -3,6 +3,9 @@
 
 #include <Eigen/Core>
 
+#include "calib/fit/cause.hpp"
+#include "calib/fit/layings.hpp"
+
 namespace axiscal {
 
 /// A part of a run's noise: the weighted sum of squares r' D r of the residuals r, and its expected
@@ -34,5 +37,21 @@ inline constexpr double one_sided_5_percent = 1.645;
 
 /// The least number of readings for the tests in add_field_noise() and add_field_wander().
 inline constexpr Eigen::Index fewest_looked_at = 8;
+
+/// Calls `use` with the readings whose errors are independent. These are the readings, or the means
+/// of the layings if consecutive readings of a pose share an error
+/// (CountedEstimate::means_counted).
+/// @param use  function of a SolvedReadings.
+template <typename Use>
+void with_independent_readings(const ScatterAnalysisInput& run,
+                               const CountedEstimate& so_far,
+                               const Use& use) {
+  if (!so_far.means_counted) {
+    use(run.judged);
+    return;
+  }
+  const Layings layings = average_layings(run.judged.set(), so_far.estimate);
+  use(SolvedReadings(layings.set(), run.judged.known_field()));
+}
 
 }  // namespace axiscal

@@ -121,6 +121,7 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
   }
   if (!run.method.averages_pairs &&
       widen_by(of_layings(run.fitted.set(), estimate), "layings", run.fitted, estimate)) {
+    so_far.means_counted = true;
     estimate.notes.push_back({NoteCode::correlation,
                               "consecutive readings of a pose share an error. The intervals "
                               "therefore count these readings as one"});
