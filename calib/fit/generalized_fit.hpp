@@ -59,7 +59,6 @@ namespace axiscal {
 ///
 /// @param run       the readings that were fitted.
 /// @param estimate  the estimate after weigh_shared_errors().
-/// @param means_counted  see CountedEstimate::means_counted.
 /// @return nullopt if the readings do not determine the fit, or if their rounding errors could look
 ///         like curvature.
 /// @par Source
@@ -67,7 +66,6 @@ namespace axiscal {
 [[nodiscard]] std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
                                                           const SolvedReadings& run,
                                                           Method method,
-                                                          const Estimate& estimate,
-                                                          bool means_counted = false);
+                                                          const Estimate& estimate);
 
 }  // namespace axiscal

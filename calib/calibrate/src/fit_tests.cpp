@@ -173,7 +173,7 @@ FitTests tests_of(const PreparedRun& run, const FittedRun& fit, const CountedEst
   tests.curvature = counted.estimate.curvature;
   if (!run.method().by_magnitude && fit.set->seen.cols() == 0 && !counted.by_lengths) {
     tests.curvature = test_curvature(run.experiment(), fit.readings(run.method()),
-                                     run.method().method, counted.estimate, counted.means_counted);
+                                     run.method().method, counted.estimate);
   }
   if (tests.curvature && is_within_steps(run, fit, tests.curvature->bends)) {
     tests.curvature.reset();

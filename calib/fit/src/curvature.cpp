@@ -8,7 +8,32 @@ namespace axiscal {
 
 double CurvatureFTest::readings_of(Eigen::Index axis) const {
   return static_cast<double>((layings_.set().weights.col(axis).array() > 0.0).count()) +
-         layings_.degrees_of_freedom(axis);
+         freedom_within_(axis);
+}
+
+double CurvatureFTest::taken() const {
+  const ReadingSet& set = layings_.set();
+  return static_cast<double>(set.column_count()) + 1.0 +
+         (directions_ ? 2.0 / static_cast<double>(set.axis_count()) : 0.0);
+}
+
+void CurvatureFTest::count_means_if_they_share_errors(
+    const Eigen::Ref<const Eigen::VectorXd>& left) {
+  const Eigen::Index m = layings_.set().axis_count();
+  const bool seats_are_fitted = variances_.size() > m;
+  FisherSum axes;
+  for (Eigen::Index k = 0; k < m && !seats_are_fitted; ++k) {
+    const double between = readings_of(k) - freedom_within_(k) - taken();
+    if (between > 0.0 && within_(k) > 0.0) {
+      axes.add(f_upper_p((left(k) / between) / (within_(k) / freedom_within_(k)), between,
+                         freedom_within_(k)));
+    }
+  }
+  constexpr double clearly_more = 0.02;
+  if (axes.count() > 0.0 && axes.p_value() < clearly_more) {
+    within_.setZero();
+    freedom_within_.setZero();
+  }
 }
 
 bool CurvatureFTest::pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left) {
@@ -17,14 +42,10 @@ bool CurvatureFTest::pool_variances_if_equal(const Eigen::Ref<const Eigen::Vecto
   const Eigen::VectorXd ratio = set.noise_ratio.size() > 0
                                     ? Eigen::VectorXd(set.noise_ratio.cwiseAbs2())
                                     : Eigen::VectorXd(Eigen::VectorXd::Ones(m));
-  const Eigen::VectorXd squares = (layings_.squares + left).cwiseQuotient(ratio);
-  // Degrees of freedom that each axis loses to its own columns, to the column f_k^2, and to its
-  // share of the two parameters of the field's direction.
-  const double taken = static_cast<double>(set.column_count()) + 1.0 +
-                       (directions_ ? 2.0 / static_cast<double>(m) : 0.0);
+  const Eigen::VectorXd squares = (within_ + left).cwiseQuotient(ratio);
   Eigen::VectorXd free(m);
   for (Eigen::Index k = 0; k < m; ++k) {
-    free(k) = readings_of(k) - taken;
+    free(k) = readings_of(k) - taken();
   }
   constexpr double contradicted = 0.1;
   const bool alike = set.noise_ratio.size() > 0 ||

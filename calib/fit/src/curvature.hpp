@@ -41,7 +41,9 @@ class CurvatureFTest {
       : layings_(layings),
         directions_(directions),
         columns_(columns),
-        variances_(std::move(variances)) {}
+        variances_(std::move(variances)),
+        within_(layings.squares),
+        freedom_within_(layings.degrees_of_freedom) {}
 
   [[nodiscard]] const Eigen::VectorXd& variances() const { return variances_; }
 
@@ -51,6 +53,9 @@ class CurvatureFTest {
   template <typename Fit>
   [[nodiscard]] std::optional<CurvatureTest> by(const Fit& fit, double F) {
     auto after = fit(true);
+    if (after) {
+      count_means_if_they_share_errors(after->squares_of_axis);
+    }
     if (after && pool_variances_if_equal(after->squares_of_axis)) {
       after = fit(true);
     }
@@ -62,7 +67,7 @@ class CurvatureFTest {
     double squares = before->squares;
     double free = -static_cast<double>(columns_);
     for (Eigen::Index k = 0; k < m; ++k) {
-      squares += layings_.squares(k) / variances_(k);
+      squares += within_(k) / variances_(k);
       free += readings_of(k);
     }
     const auto more = static_cast<double>(m);
@@ -77,8 +82,17 @@ class CurvatureFTest {
   }
 
  private:
-  // Returns the number of readings of an axis before they are averaged.
+  // Returns the number of independent readings of an axis: the means, and the readings about them.
   [[nodiscard]] double readings_of(Eigen::Index axis) const;
+
+  // Returns the degrees of freedom that each axis loses to its own columns, to the column f_k^2,
+  // and to its share of the two parameters of the field's direction.
+  [[nodiscard]] double taken() const;
+
+  // Leaves the scatter of the readings about their means out if the means scatter clearly more:
+  // the readings of a laying then share an error, and only the means are independent.
+  // @param left  m residual sums of squares of the means.
+  void count_means_if_they_share_errors(const Eigen::Ref<const Eigen::VectorXd>& left);
 
   // Sets one variance for all axes, or variances in the stated ratio, if the residuals are
   // consistent with such variances. Returns true if the variances were set.
@@ -89,6 +103,8 @@ class CurvatureFTest {
   bool directions_;
   Eigen::Index columns_;
   Eigen::VectorXd variances_;
+  Eigen::VectorXd within_;          // m: sum of squares of the readings about their means
+  Eigen::VectorXd freedom_within_;  // m: degrees of freedom of `within_`
 };
 
 /// The fits for CurvatureFTest if the axes share no random errors such as those of seats. Sums over

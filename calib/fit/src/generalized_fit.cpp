@@ -383,8 +383,7 @@ bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
 std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
                                             const SolvedReadings& run,
                                             Method method,
-                                            const Estimate& estimate,
-                                            bool means_counted) {
+                                            const Estimate& estimate) {
   const ReadingSet& set = run.set();
   const FitStatistics& statistics = estimate.statistics;
   if (!can_weigh(set, estimate) || experiment.fit.robust ||
@@ -396,12 +395,7 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
       return std::nullopt;  // rounding errors can look like curvature
     }
   }
-  Layings layings = average_layings(set, estimate);
-  if (means_counted) {  // the scatter of readings about their means is smaller than that of the
-                        // means
-    layings.squares.setZero();
-    layings.degrees_of_freedom.setZero();
-  }
+  const Layings layings = average_layings(set, estimate);
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
