@@ -50,9 +50,12 @@ SolvedRun solved(const PreparedRun& run) {
   SearchedRun search = find_mistakes(run, fit);
   while (const std::optional<ChosenModel> extended = with_mistake_term(run, model, search)) {
     FittedRun refit = solve(run, *extended);
+    const FitStatistics& statistics = refit.estimate.statistics;
+    constexpr double largest_condition = 30.0;  // a standard design has less than 5
     if (refit.source.choice().effects != extended->choice.effects ||
-        !(refit.estimate.statistics.degrees_of_freedom.minCoeff() > 0.0)) {
-      break;  // the readings do not determine the term, or no degrees of freedom are left
+        !(statistics.degrees_of_freedom.minCoeff() > 0.0) ||
+        statistics.condition_number > largest_condition) {
+      break;  // the readings hardly determine the term, or no degrees of freedom are left
     }
     SearchedRun again = find_mistakes(run, refit);
     again.taken_in = warnings_of_terms(run, refit, search);

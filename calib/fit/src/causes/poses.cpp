@@ -112,14 +112,17 @@ bool widen_by(const std::vector<MeanSquares>& axes,
 CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   Estimate& estimate = so_far.estimate;
   const FitStatistics& statistics = estimate.statistics;
-  // The covariance may already include shared errors of seats, mounts, soaks or uncertain inputs.
-  // A mistake in a reading looks like an error of its pose.
-  const bool is_weighed = !so_far.weighed.empty() || !statistics.components.empty();
+  // The covariance may already include shared errors of mounts, soaks or uncertain inputs. Errors
+  // of seats are those of layings; they differ between the blocks, so they cannot explain an error
+  // that repeats in all blocks. A mistake in a reading looks like an error of its pose.
+  const std::vector<ScatterComponent>& components = statistics.components;
+  const bool has_seats = components.size() == 1 && components.front().name == "seats";
+  const bool is_weighed = !so_far.weighed.empty() || (!components.empty() && !has_seats);
   if (is_weighed || run.has_mistake || run.is_transfer() || run.experiment.fit.robust ||
       run.fitted.set().temperature.order > 0 || !(statistics.residual_sd.minCoeff() > 0.0)) {
     return so_far;
   }
-  if (!run.method.averages_pairs &&
+  if (!run.method.averages_pairs && !has_seats &&
       widen_by(of_layings(run.fitted.set(), estimate), "layings", run.fitted, estimate)) {
     so_far.means_counted = true;
     estimate.notes.push_back({NoteCode::correlation,
