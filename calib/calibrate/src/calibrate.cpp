@@ -51,7 +51,9 @@ SolvedRun solved(const PreparedRun& run) {
   while (const std::optional<ChosenModel> extended = with_mistake_term(run, model, search)) {
     FittedRun refit = solve(run, *extended);
     const FitStatistics& statistics = refit.estimate.statistics;
-    constexpr double largest_condition = 30.0;  // a standard design has less than 5
+    constexpr double good_condition = 30.0;  // a standard design has less than 5
+    const double largest_condition =
+        std::max(good_condition, 2.0 * fit.estimate.statistics.condition_number);
     if (refit.source.choice().effects != extended->choice.effects ||
         !(statistics.degrees_of_freedom.minCoeff() > 0.0) ||
         statistics.condition_number > largest_condition) {
