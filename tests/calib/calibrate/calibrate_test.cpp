@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/calibrate.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -991,6 +994,35 @@ TEST(Calibrate, GoodRunsHaveNoWarning) {
   // Expected: 0.5 % by the levelness test and 0.1 % by each of two other tests, 4.2 runs. The limit
   // is 5 standard deviations above.
   EXPECT_LE(warned, 14);
+}
+
+// The bias of axis x steps by 20 sigma after the sixth reading. The step is a term of the fit.
+// If the first six readings are those on the negative faces, the step equals a sum of the field's
+// components, and the readings hardly determine it. As a term it would spoil all coefficients.
+TEST(AStepOfTheBias, IsFittedOnlyIfTheReadingsDetermineIt) {
+  const SensorModel truth = test::accelerometer_truth();
+  const Experiment experiment = test::experiment_for(truth);
+  constexpr double noise = 1e-4;
+  for (const bool in_order_of_faces : {false, true}) {
+    Observations run = simulate(truth, make_run_sheet(standard_design(12), 1, 5),
+                                {.noise_sd = noise, .slope = {2e-3, -3e-3}, .seed = 5});
+    std::vector<std::size_t> rows(12);
+    std::iota(rows.begin(), rows.end(), std::size_t{0});
+    std::stable_partition(rows.begin(), rows.end(), [&](std::size_t i) {
+      return !in_order_of_faces || face_name(run.readings[i].point->rest()).front() == '-';
+    });
+    run = select_rows(run, rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      run.readings[i].run = static_cast<int>(i) + 1;
+    }
+    run.response.col(0).tail(6).array() += 20.0 * noise;
+    const Calibration found = calibrate(experiment, run);
+    const bool told = std::any_of(
+        found.findings.warnings.begin(), found.findings.warnings.end(),
+        [](const CalibrationWarning& one) { return one.code == WarningCode::bias_step; });
+    EXPECT_EQ(told, !in_order_of_faces);
+    EXPECT_LE(found.fit.statistics->condition_number, 30.0);
+  }
 }
 
 }  // namespace
