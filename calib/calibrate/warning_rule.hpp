@@ -14,6 +14,9 @@
 
 namespace axiscal {
 
+/// Largest condition number of a design without a warning. A standard design has less than 5.
+inline constexpr double largest_good_condition = 30.0;
+
 /// Results of tests that do not affect the uncertainty of a fit.
 struct FitTests {
   std::vector<SaturatedAxis> saturated;

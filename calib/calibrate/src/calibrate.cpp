@@ -15,6 +15,7 @@
 #include "calib/calibrate/src/record_of_run.hpp"
 #include "calib/calibrate/src/repeated_readings.hpp"
 #include "calib/calibrate/src/unsettled_readings.hpp"
+#include "calib/calibrate/warning_rule.hpp"
 #include "calib/fit/bias_fit.hpp"
 #include "calib/fit/uncertainty_sources.hpp"
 #include "calib/record/calibration_warning.hpp"
@@ -51,9 +52,8 @@ SolvedRun solved(const PreparedRun& run) {
   while (const std::optional<ChosenModel> extended = with_mistake_term(run, model, search)) {
     FittedRun refit = solve(run, *extended);
     const FitStatistics& statistics = refit.estimate.statistics;
-    constexpr double good_condition = 30.0;  // a standard design has less than 5
     const double largest_condition =
-        std::max(good_condition, 2.0 * fit.estimate.statistics.condition_number);
+        std::max(largest_good_condition, 2.0 * fit.estimate.statistics.condition_number);
     if (refit.source.choice().effects != extended->choice.effects ||
         !(statistics.degrees_of_freedom.minCoeff() > 0.0) ||
         statistics.condition_number > largest_condition) {

@@ -8,10 +8,10 @@
 
 namespace axiscal {
 
-/// @throws DomainError   if a slot has no name or the name of another slot, or if the readings and
-///                       the record of a reference have different numbers of axes.
-/// @throws RefusedError  if a reference cannot measure a cube: it has fewer than three axes, its
-///                       field is not along the table's normal, or a reading has no design point.
+/// @throws DomainError   if a slot lacks a name, if two slots have one name, or if the readings of
+///                       a reference have another number of axes than its record.
+/// @throws RefusedError  if a reference cannot measure a cube. It needs three axes or more, a field
+///                       along the table's normal, and a design point for each reading.
 void check_references(const std::vector<Reference>& references);
 
 /// @throws RefusedError  if a face was never the rest face, because its normal is then

@@ -82,7 +82,8 @@ class CurvatureFTest {
   }
 
  private:
-  // Returns the number of independent readings of an axis: the means, and the readings about them.
+  // Returns the number of independent readings of an axis. It is the number of means plus the
+  // degrees of freedom of the readings about their means.
   [[nodiscard]] double readings_of(Eigen::Index axis) const;
 
   // Returns the degrees of freedom that each axis loses to its own columns, to the column f_k^2,

@@ -136,8 +136,8 @@ struct ContrastError {
   Eigen::MatrixXd covariance;  // q x q
 };
 
-// Returns the errors of the contrasts of each axis; nullopt for an axis that does not use all of
-// the readings that are left out.
+// Returns the errors of the contrasts of each axis. The entry of an axis is nullopt if it does not
+// use every deleted reading.
 std::vector<std::optional<ContrastError>> contrast_errors(const Others& others,
                                                           const Solution& solution,
                                                           const std::vector<std::size_t>& readings,

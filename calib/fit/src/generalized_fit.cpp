@@ -34,14 +34,6 @@ Eigen::VectorXd first_scatter(const Estimate& estimate) {
   return sigma;
 }
 
-// Returns the component "seats" of the scatter, or null if the statistics do not have it.
-const ScatterComponent* seats_of(const FitStatistics& statistics) {
-  const auto found =
-      std::find_if(statistics.components.begin(), statistics.components.end(),
-                   [](const ScatterComponent& component) { return component.name == "seats"; });
-  return found != statistics.components.end() ? &*found : nullptr;
-}
-
 class GeneralizedFit {
  public:
   // @param layings  means over consecutive readings at one design point.
@@ -61,7 +53,7 @@ class GeneralizedFit {
     const Eigen::Index m = set_.axis_count();
     variances_.resize(m + (seats ? 1 : 0));
     variances_.head(m) = first_scatter(start).cwiseAbs2();
-    const ScatterComponent* const found = seats_of(start.statistics);
+    const ScatterComponent* const found = find_component(start.statistics, "seats");
     if (found != nullptr && seats) {
       variances_(m) = found->sd(0) * found->sd(0);
     } else if (seats) {
@@ -399,7 +391,7 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
-  const bool seats = seats_of(statistics) != nullptr;
+  const bool seats = find_component(statistics, "seats") != nullptr;
   SolvedReadings of_layings(layings.set(), known);
   return GeneralizedFit(layings, layings.own ? of_layings : run, inputs, seats, estimate)
       .curvature();

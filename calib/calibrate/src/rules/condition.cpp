@@ -7,8 +7,6 @@
 namespace axiscal {
 namespace {
 
-constexpr double largest_good_condition = 30.0;
-
 void find_condition(const JudgedRun& run, Warnings& found) {
   if (statistics_of(run).condition_number > largest_good_condition) {
     found.add(

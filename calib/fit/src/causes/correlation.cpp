@@ -67,9 +67,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
 
 void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   const ReadingSet& set = run.set();
-  const bool has_soaks =
-      std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
-                  [](const ScatterComponent& one) { return one.name == "soaks"; });
+  const bool has_soaks = find_component(estimate.statistics, "soaks") != nullptr;
   if (has_soaks || set.robust || set.seen.cols() > 0) {
     return;  // the cause 'soaks' already includes the error that the readings of a soak share
   }

@@ -257,10 +257,7 @@ void add_field_noise(const Fit& run,
                      const PartOfNoise& one,
                      FieldVariation& found,
                      Estimate& estimate) {
-  const std::vector<ScatterComponent>& known = estimate.statistics.components;
-  const bool seats_fitted = std::any_of(
-      known.begin(), known.end(), [](const auto& component) { return component.name == "seats"; });
-  if (seats_fitted) {
+  if (find_component(estimate.statistics, "seats") != nullptr) {
     return;
   }
   const Eigen::Index m = run.axes();

@@ -115,9 +115,9 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
   // The covariance may already include shared errors of mounts, soaks or uncertain inputs. Errors
   // of seats are those of layings; they differ between the blocks, so they cannot explain an error
   // that repeats in all blocks. A mistake in a reading looks like an error of its pose.
-  const std::vector<ScatterComponent>& components = statistics.components;
-  const bool has_seats = components.size() == 1 && components.front().name == "seats";
-  const bool is_weighed = !so_far.weighed.empty() || (!components.empty() && !has_seats);
+  const std::size_t components = statistics.components.size();
+  const bool has_seats = components == 1 && find_component(statistics, "seats") != nullptr;
+  const bool is_weighed = !so_far.weighed.empty() || (components > 0 && !has_seats);
   if (is_weighed || run.has_mistake || run.is_transfer() || run.experiment.fit.robust ||
       run.fitted.set().temperature.order > 0 || !(statistics.residual_sd.minCoeff() > 0.0)) {
     return so_far;
