@@ -163,6 +163,16 @@ TEST(TableText, RenamesAndScales) {
   EXPECT_EQ(csv.cells()[2], "-2");
 }
 
+TEST(TableText, SaysThatRecordsContainNoValues) {
+  const test::ScratchFolder folder;
+  for (const std::string text : {"[]\n[]\n", "[{}]", "[[], {}]", "{\"x\": []}"}) {
+    const std::string path = folder.write("table.json", text);
+    EXPECT_THAT(test::complaint_of<DataError>([&] { TableText table(path); }),
+                testing::AllOf(HasSubstr("table.json"), HasSubstr("contain")))
+        << text;
+  }
+}
+
 TEST(TableText, IsNoRecording) {
   const test::ScratchFolder folder;
   std::string log =

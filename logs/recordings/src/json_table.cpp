@@ -52,7 +52,11 @@ class GrowingTable {
     budget_.spend(ReadCost::memory, 2 * (rows_.back().size + sizeof(Row)));
   }
 
+  // @throws DataError if no record contained a value.
   [[nodiscard]] ByteSource text(const std::string& path) && {
+    if (names_.empty()) {
+      throw DataError(path, "the records of the JSON contain no values");
+    }
     const ReadBudget budget = budget_;
     for (const Row& row : rows_) {
       budget.spend(ReadCost::cells, names_.size() - row.cells);
