@@ -100,27 +100,31 @@ class LagOneScore {
   double counted_ = 0.0;
 };
 
-/// Estimates of the first coefficient of each response's regression, if the noise is the sum of
-/// white noise and of noise that is correlated from reading to reading.
+/// The uncertainty of the first coefficient of each response's regression, if the noise is the sum
+/// of white noise and of noise that is correlated from reading to reading. The coefficients are
+/// those of ordinary least squares.
 struct CorrelatedMean {
-  Eigen::VectorXd estimate;         ///< first coefficient of each response, m entries
-  Eigen::VectorXd u;                ///< standard uncertainties of `estimate`, m entries
+  Eigen::VectorXd u;                ///< standard uncertainties, m entries
   double degrees_of_freedom = 0.0;  ///< n - p
   /// correlation of the noise of consecutive readings: a weighted mean over the noise models
   double correlation = 0.0;
 };
 
-/// Estimates the first coefficients as weighted means over models of the noise covariance V. The
-/// models are V_ij = rho^|i - j| + lambda I_ij. If there are blocks, further models are
-/// V_ij = I_ij + gamma for readings i and j of the same block. The weight of a model is its
-/// restricted likelihood times its prior. The priors of all models with the same rho sum to 1, and
-/// so do the priors of all models with gamma. A Kalman filter applies V^-1/2, so the work is linear
-/// in n.
+/// Computes the uncertainty of the first coefficients b as a weighted mean over models of the noise
+/// covariance V. The models are V_ij = rho^|i - j| + lambda I_ij. If there are blocks, further
+/// models are V_ij = I_ij + gamma for readings i and j of the same block. The weight of a model is
+/// its restricted likelihood times its prior. The priors of all models with the same rho sum to 1,
+/// and so do the priors of all models with gamma. A Kalman filter applies V^-1/2, so the work is
+/// linear in n.
+///
+/// For a model with the estimate b_g and the uncertainty u_g, the variance of b is
+/// u_g^2 + (b_g - b)^2. b itself is not changed: if the bias wanders, b is close to the mean of the
+/// bias over the run, and b_g is not.
 ///
 /// @par Source
 /// Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), sec. 3.4;
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
-[[nodiscard]] CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings);
+[[nodiscard]] CorrelatedMean uncertainty_of_correlated_mean(const OrderedReadings& readings);
 
 /// Computes lag_one_score() for one response whose noise is a component of three-axis noise. The
 /// direction of this component changes from reading to reading. Each pair of consecutive readings
@@ -142,8 +146,8 @@ struct CorrelatedFit {
 
 /// Fits y_i = J_i b + h_i . x_i + white noise. The noise x_i has three components; each component
 /// has the correlation rho^|i - j| between the readings i and j. The direction h_i changes from
-/// reading to reading. The models of the noise are those of estimate_correlated_mean() without
-/// blocks, with rho up to 0.995. The work is linear in n.
+/// reading to reading. The models of the noise are those of
+/// uncertainty_of_correlated_mean() without blocks, with rho up to 0.995. The work is linear in n.
 ///
 /// @param design    J, n x p.
 /// @param response  y, n entries.

@@ -49,7 +49,7 @@ def test_quantities(cal: ax.Calibration, record: Record) -> None:
     bias = cal["x.bias"]
     assert float(bias) == record["coefficients"]["bias"][0]
     assert bias.unit == "V" and bias.U == pytest.approx(bias.k * bias.u)
-    assert str(bias) == "0.01196 +- 0.00025 V"
+    assert str(bias) == "0.01199 +- 0.00026 V"
     with pytest.raises(ax.DomainError, match="x.bias"):
         cal["x.bais"]
 

@@ -164,8 +164,7 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
       .blocks = {}};
   const bool alike = lag_one_score(ordered) > alike_above;
   if (alike) {
-    const CorrelatedMean mean = estimate_correlated_mean(ordered);
-    fit.bias = mean.estimate;
+    const CorrelatedMean mean = uncertainty_of_correlated_mean(ordered);
     fit.bias_covariance = mean.u.cwiseAbs2().asDiagonal();
     fit.degrees_of_freedom = mean.degrees_of_freedom;
   }

@@ -252,11 +252,6 @@ class PlainFit {
     }
   }
 
-  // Returns the first coefficient of a response from the plain fit.
-  [[nodiscard]] double first_of(Eigen::Index response) const {
-    return root_.row(0).dot(in_basis_.col(response));
-  }
-
   // Transforms a mean over models from the basis to the design's columns, and adds the coefficients
   // of the plain fit. There must be a single response.
   [[nodiscard]] CorrelatedFit in_design(const CorrelatedFit& mean) const {
@@ -325,13 +320,12 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
 
 }  // namespace
 
-CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings) {
+CorrelatedMean uncertainty_of_correlated_mean(const OrderedReadings& readings) {
   const Eigen::Index m = readings.responses.cols();
   const Eigen::Index n = readings.responses.rows();
   const std::vector<Model> models = models_of_run(!readings.blocks.empty());
   const Eigen::MatrixXd along = Eigen::MatrixXd::Ones(n, 1);
   CorrelatedMean mean{
-      .estimate = Eigen::VectorXd(m),
       .u = Eigen::VectorXd(m),
       .degrees_of_freedom = static_cast<double>(n - readings.designs.front().cols())};
   std::vector<std::vector<FirstCoefficient>> of_models(
@@ -352,9 +346,6 @@ CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings) {
                                   .subspan(static_cast<std::size_t>(first),
                                            static_cast<std::size_t>(end - first)));
     }
-    for (Eigen::Index k = first; k < end; ++k) {
-      mean.estimate(k) = plain.first_of(k - first);
-    }
     first = end;
   }
   std::vector<double> log_likelihood;
@@ -366,16 +357,11 @@ CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings) {
   const std::vector<double> weights = weights_of(models, log_likelihood);
   mean.correlation = correlation_of(models, weights);
   for (std::size_t k = 0; k < static_cast<std::size_t>(m); ++k) {
-    double change = 0.0;
+    double variance = 0.0;
     for (std::size_t g = 0; g < models.size(); ++g) {
-      change += weights[g] * of_models[g][k].change;
+      const FirstCoefficient& one = of_models[g][k];
+      variance += weights[g] * (one.variance + one.change * one.change);
     }
-    double variance = 0.0;  // includes the scatter between the models
-    for (std::size_t g = 0; g < models.size(); ++g) {
-      const double off = of_models[g][k].change - change;
-      variance += weights[g] * (of_models[g][k].variance + off * off);
-    }
-    mean.estimate(static_cast<Eigen::Index>(k)) += change;
     mean.u(static_cast<Eigen::Index>(k)) = std::sqrt(variance);
   }
   return mean;

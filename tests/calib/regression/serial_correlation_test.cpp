@@ -64,6 +64,12 @@ TEST(LagOneScore, IsOfVarianceOneForWhiteNoise) {
   EXPECT_NEAR(squares, 1.0, 0.08);
 }
 
+// Returns the first coefficient of the first response, by ordinary least squares.
+double first_coefficient(const OrderedReadings& readings) {
+  const Eigen::MatrixXd& X = readings.designs.front();
+  return (X.transpose() * X).inverse().row(0).dot(X.transpose() * readings.responses.col(0));
+}
+
 // The intervals cover the truth with the stated probability.
 TEST(MeanUnderCorrelation, HoldsTheTruthAsOftenAsStated) {
   for (const double rho : {0.0, 0.5, 0.9}) {
@@ -71,9 +77,10 @@ TEST(MeanUnderCorrelation, HoldsTheTruthAsOftenAsStated) {
     int held = 0;
     constexpr int runs = 1000;
     for (int run = 0; run < runs; ++run) {
-      const CorrelatedMean mean = estimate_correlated_mean(noise_of(24, rho, random));
+      const OrderedReadings readings = noise_of(24, rho, random);
+      const CorrelatedMean mean = uncertainty_of_correlated_mean(readings);
       const double t = student_t_factor(0.95, mean.degrees_of_freedom);
-      held += std::abs(mean.estimate(0)) <= t * mean.u(0) ? 1 : 0;
+      held += std::abs(first_coefficient(readings)) <= t * mean.u(0) ? 1 : 0;
     }
     EXPECT_GT(held, 0.90 * runs) << rho;
     EXPECT_LT(held, 0.998 * runs) << rho;
@@ -82,8 +89,8 @@ TEST(MeanUnderCorrelation, HoldsTheTruthAsOftenAsStated) {
 
 TEST(MeanUnderCorrelation, SeesHowCorrelatedReadingsAre) {
   RandomStream random(9);
-  EXPECT_LT(estimate_correlated_mean(noise_of(400, 0.0, random)).correlation, 0.1);
-  EXPECT_NEAR(estimate_correlated_mean(noise_of(400, 0.85, random)).correlation, 0.85, 0.06);
+  EXPECT_LT(uncertainty_of_correlated_mean(noise_of(400, 0.0, random)).correlation, 0.1);
+  EXPECT_NEAR(uncertainty_of_correlated_mean(noise_of(400, 0.85, random)).correlation, 0.85, 0.06);
 }
 
 // Generalised least squares with an explicit covariance matrix V.
@@ -150,14 +157,44 @@ TEST(MeanUnderCorrelation, DoesNotDependOnUnitsAndOffsets) {
     OrderedReadings other = readings;
     other.designs[1].col(2) *= 1e3;
     other.responses.array() += 1e5;
-    const CorrelatedMean one = estimate_correlated_mean(readings);
-    const CorrelatedMean two = estimate_correlated_mean(other);
+    const CorrelatedMean one = uncertainty_of_correlated_mean(readings);
+    const CorrelatedMean two = uncertainty_of_correlated_mean(other);
     EXPECT_NEAR(two.correlation, one.correlation, 1e-9);
     for (Eigen::Index k = 0; k < 3; ++k) {
-      EXPECT_NEAR(two.estimate(k) - 1e5, one.estimate(k), 1e-9);
       EXPECT_NEAR(two.u(k), one.u(k), 1e-9);
     }
   }
+}
+
+TEST(MeanUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
+  RandomStream random(5);
+  constexpr Eigen::Index n = 20;
+  OrderedReadings readings = noise_of(n, 0.7, random);
+  readings.designs.resize(1);
+  readings.responses = readings.responses.col(0).eval();
+  const Eigen::MatrixXd& X = readings.designs.front();
+  std::vector<DenseFit> fits;
+  std::vector<double> priors;
+  for (const double rho : {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985}) {
+    for (const double white : {0.0, 0.1, 0.3, 1.0, 3.0, 10.0}) {
+      if (rho == 0.0 && white > 0.0) {
+        continue;
+      }
+      Eigen::MatrixXd V = white * Eigen::MatrixXd::Identity(n, n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index j = 0; j < n; ++j) {
+          V(i, j) += i == j ? 1.0 : std::pow(rho, static_cast<double>(std::abs(i - j)));
+        }
+      }
+      fits.push_back(dense_fit(X, readings.responses.col(0), V));
+      priors.push_back(rho == 0.0 ? 1.0 : 1.0 / 6.0);
+    }
+  }
+  const CorrelatedFit all = dense_mean(fits, priors);
+  // u^2 is the mean of u_g^2 + (b_g - b)^2 about the estimate b of least squares.
+  const double off = all.estimate(0) - first_coefficient(readings);
+  const double expected = std::sqrt(all.covariance(0, 0) + off * off);
+  EXPECT_NEAR(uncertainty_of_correlated_mean(readings).u(0), expected, 1e-8 * expected);
 }
 
 TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {

@@ -76,7 +76,7 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   if (!(score > alike_above)) {
     return;
   }
-  const CorrelatedMean mean = estimate_correlated_mean(*ordered);
+  const CorrelatedMean mean = uncertainty_of_correlated_mean(*ordered);
   WiderIntervals wider("correlation", estimate);
   // A smaller correlation may come from shifts of blocks, which the cause 'blocks' includes.
   constexpr double slight = 0.1;
@@ -90,7 +90,6 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const Eigen::Index at = set.coefficient_count() * k;
-    estimate.response.bias(k) = mean.estimate(k);
     wider.component().sd(k) = mean.u(k);
     wider.widen(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom);
   }
@@ -98,10 +97,9 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   if (score > told_alike_above) {
     estimate.notes.push_back(
         {NoteCode::correlation,
-         formatted(
-             "Consecutive readings are correlated (coefficient about {}). The biases are averages "
-             "over several models of correlated noise, and their intervals include the correlation",
-             number_text(mean.correlation, 1))});
+         formatted("Consecutive readings are correlated (coefficient about {}). The intervals of "
+                   "the biases include this correlation",
+                   number_text(mean.correlation, 1))});
   }
 }
 
