@@ -43,6 +43,9 @@ struct CountedEstimate {
   /// true if consecutive readings of a pose share an error, so that only their means are
   /// independent
   bool means_counted = false;
+  /// true if all readings of a pose share an error, so that only the means of the poses are
+  /// independent
+  bool poses_counted = false;
   bool gains_differ = false;  ///< true if the sensitivities differ between blocks
   bool by_lengths = false;    ///< true if fit_face_lengths() replaced the estimate
 };

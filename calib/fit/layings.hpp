@@ -18,17 +18,22 @@ namespace axiscal {
 /// @return the index of the first reading of each laying.
 [[nodiscard]] std::vector<std::size_t> laying_starts(const ReadingSet& set);
 
-/// The mean readings of the layings, and the scatter within the layings.
-struct Layings {
+/// The means over groups of readings, and the scatter within the groups.
+struct MeanReadings {
   [[nodiscard]] const ReadingSet& set() const { return own ? *own : given; }
 
-  const ReadingSet& given;        // the original readings; must outlive this object
-  std::optional<ReadingSet> own;  // the mean readings; nullopt if they are identical to `given`
-  Eigen::VectorXd squares;        // m: sum of squares about the means of the layings
+  const ReadingSet& given;             // the original readings; must outlive this object
+  std::optional<ReadingSet> own;       // the means; nullopt if they are identical to `given`
+  Eigen::VectorXd squares;             // m: sum of squares about the means of the groups
   Eigen::VectorXd degrees_of_freedom;  // m: degrees of freedom of `squares`
 };
 
 /// Averages the readings of each laying. Readings in estimate.unpaired get the weight 0.
-[[nodiscard]] Layings average_layings(const ReadingSet& given, const Estimate& estimate);
+[[nodiscard]] MeanReadings average_layings(const ReadingSet& given, const Estimate& estimate);
+
+/// Averages the readings of each pose over the blocks, after subtracting the fitted effects of the
+/// run (estimate.effects). The means contain no such effects. If no pose was repeated, or if the
+/// tilt of the table or the mount changes, the means are the original readings.
+[[nodiscard]] MeanReadings average_poses(const ReadingSet& given, const Estimate& estimate);
 
 }  // namespace axiscal

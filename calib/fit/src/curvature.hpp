@@ -28,13 +28,14 @@ struct CurvatureFit {
 /// curved response would increase the residuals of the fit without them.
 class CurvatureFTest {
  public:
-  /// @param layings      means over consecutive readings at one design point; must outlive this
-  ///                     object.
+  /// @param layings      means over consecutive readings at one design point, or over all readings
+  /// of
+  ///                     a pose; must outlive this object.
   /// @param directions   true if the field's directions are fitted.
   /// @param columns      number of fitted columns without the columns f_k^2.
   /// @param variances    variances of the m axes, then of the seats if they are fitted, from the
   ///                     fit without the columns f_k^2.
-  CurvatureFTest(const Layings& layings,
+  CurvatureFTest(const MeanReadings& layings,
                  bool directions,
                  Eigen::Index columns,
                  Eigen::VectorXd variances)
@@ -100,7 +101,7 @@ class CurvatureFTest {
   // @param left  m residual sums of squares.
   bool pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left);
 
-  const Layings& layings_;
+  const MeanReadings& layings_;
   bool directions_;
   Eigen::Index columns_;
   Eigen::VectorXd variances_;

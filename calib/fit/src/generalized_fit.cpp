@@ -39,7 +39,7 @@ class GeneralizedFit {
   // @param layings  means over consecutive readings at one design point.
   // @param run      these means with their solution.
   // All references must outlive this object.
-  GeneralizedFit(const Layings& layings,
+  GeneralizedFit(const MeanReadings& layings,
                  const SolvedReadings& run,
                  const std::vector<InputQuantity>& inputs,
                  bool seats,
@@ -332,7 +332,7 @@ class GeneralizedFit {
   }
 
   const ReadingSet& set_;
-  const Layings& layings_;
+  const MeanReadings& layings_;
   const SolvedReadings& run_;
   const std::vector<InputQuantity>& inputs_;
   bool seats_;
@@ -347,7 +347,7 @@ class GeneralizedFit {
 // Returns true if the fit includes random rotations of the cube at its seats.
 bool looks_for_seats(const Experiment& experiment,
                      const ReadingSet& set,
-                     const Layings& layings,
+                     const MeanReadings& layings,
                      const Estimate& estimate) {
   constexpr Eigen::Index fewest = 24;
   constexpr Eigen::Index most = 2000;  // nobody places a cube more often in one calibration
@@ -387,14 +387,16 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
       return std::nullopt;  // rounding errors can look like curvature
     }
   }
-  const Layings layings = average_layings(set, estimate);
+  // If all readings of a pose share an error, only the means of the poses are independent.
+  const bool has_poses = find_component(statistics, "poses") != nullptr;
+  const MeanReadings means =
+      has_poses ? average_poses(set, estimate) : average_layings(set, estimate);
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
-      input_quantities(experiment, layings.set(), known, estimate.field);
-  const bool seats = find_component(statistics, "seats") != nullptr;
-  SolvedReadings of_layings(layings.set(), known);
-  return GeneralizedFit(layings, layings.own ? of_layings : run, inputs, seats, estimate)
-      .curvature();
+      input_quantities(experiment, means.set(), known, estimate.field);
+  const bool seats = !has_poses && find_component(statistics, "seats") != nullptr;
+  SolvedReadings of_means(means.set(), known);
+  return GeneralizedFit(means, means.own ? of_means : run, inputs, seats, estimate).curvature();
 }
 
 std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
@@ -410,7 +412,7 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
   if (own.empty()) {
     return std::nullopt;
   }
-  const Layings layings = average_layings(set, estimate);
+  const MeanReadings layings = average_layings(set, estimate);
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   SolvedReadings of_layings(layings.set(), known);
@@ -432,7 +434,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
   if (!can_weigh(set, estimate)) {
     return {};
   }
-  const Layings layings = average_layings(set, estimate);
+  const MeanReadings layings = average_layings(set, estimate);
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";

@@ -198,31 +198,18 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
 
 // Returns true if consecutive readings at one design point share an error. Their means then scatter
 // more than the readings scatter about these means, and only the means are independent.
-bool scatter_by_layings(const Layings& layings, const Estimate& estimate, bool known_field) {
-  constexpr double fewest_within = 6.0;
-  if (layings.degrees_of_freedom.minCoeff() < fewest_within) {
+bool scatter_by_layings(const MeanReadings& layings, const Estimate& estimate, bool known_field) {
+  if (!layings.own || !(layings.degrees_of_freedom.minCoeff() > 0.0)) {
     return false;
   }
   const SuspectRun run(layings.set(), estimate, known_field);
-  const HypothesisFit& plain = run.plain();
-  if (!plain.fitted || plain.degrees_of_freedom.minCoeff() < 1.0) {
-    return false;
-  }
-  FisherSum axes;
-  for (Eigen::Index k = 0; k < run.m(); ++k) {
-    const double scale = run.fitter().scale()(k);
-    const double between = plain.rss(k) * scale * scale / plain.degrees_of_freedom(k);
-    const double within = layings.squares(k) / layings.degrees_of_freedom(k);
-    axes.add(
-        f_upper_p(between / within, plain.degrees_of_freedom(k), layings.degrees_of_freedom(k)));
-  }
   constexpr double differs = 0.05;
-  return axes.p_value() < differs;
+  return between_groups_p(run.plain(), run.fitter().scale(), layings) < differs;
 }
 
 // Returns the means over consecutive readings at one design point. Their weights are scaled to mean
 // 1 for each axis.
-ReadingSet means_of(const Layings& layings) {
+ReadingSet means_of(const MeanReadings& layings) {
   ReadingSet means = layings.set();
   const Eigen::RowVectorXd readings_of_mean = means.weights.colwise().mean();
   means.weights.array().rowwise() /= readings_of_mean.array();
@@ -264,7 +251,7 @@ MistakeSearch find_culprit(const ReadingSet& set,
       return find_culprit(*few, estimate, known_field, judged ? &*judged : nullptr);
     }
   }
-  if (const Layings layings = average_layings(set, estimate);
+  if (const MeanReadings layings = average_layings(set, estimate);
       scatter_by_layings(layings, estimate, known_field)) {
     const ReadingSet means = means_of(layings);
     if (without_shared_errors == nullptr) {

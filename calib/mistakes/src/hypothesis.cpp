@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
 #include "calib/regression/common_noise.hpp"
 
@@ -17,6 +18,24 @@ double dof_reduction_factor_without(const HypothesisFit& fit,
     residuals.row(static_cast<Eigen::Index>(i)).setZero();
   }
   return dof_reduction_factor(residuals, fit.degrees_of_freedom.mean());
+}
+
+double between_groups_p(const HypothesisFit& fit,
+                        const Eigen::VectorXd& scale,
+                        const MeanReadings& means) {
+  constexpr double fewest_within = 6.0;
+  const Eigen::VectorXd& free_within = means.degrees_of_freedom;
+  if (!fit.fitted || free_within.minCoeff() < fewest_within ||
+      fit.degrees_of_freedom.minCoeff() < 1.0) {
+    return 1.0;
+  }
+  FisherSum axes;
+  for (Eigen::Index k = 0; k < scale.size(); ++k) {
+    const double between = fit.rss(k) * scale(k) * scale(k) / fit.degrees_of_freedom(k);
+    const double within = means.squares(k) / free_within(k);
+    axes.add(f_upper_p(between / within, fit.degrees_of_freedom(k), free_within(k)));
+  }
+  return axes.p_value();
 }
 
 HypothesisFitter HypothesisFitter::by_scatter_of(const HypothesisFit& fit) const {

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "calib/fit/fit.hpp"
+#include "calib/fit/layings.hpp"
 #include "calib/fit/model.hpp"
 
 namespace axiscal {
@@ -41,6 +42,16 @@ struct HypothesisFit {
 ///         to 0, because these readings may be wrong in several axes.
 [[nodiscard]] double dof_reduction_factor_without(const HypothesisFit& fit,
                                                   std::span<const std::size_t> readings);
+
+/// Compares the scatter of means about their fit with the scatter of the readings about the means.
+/// @param fit    the fit of the means.
+/// @param scale  m entries: HypothesisFitter::scale() of this fit.
+/// @return the p-value of the ratio of the mean squares, with the axes combined by Fisher's method;
+///         1 if an axis has fewer than six degrees of freedom within the groups or less than one
+///         between them.
+[[nodiscard]] double between_groups_p(const HypothesisFit& fit,
+                                      const Eigen::VectorXd& scale,
+                                      const MeanReadings& means);
 
 /// Fits readings under hypotheses: without some readings, or with further columns.
 class HypothesisFitter {

@@ -125,6 +125,24 @@ double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
                     run.plain().dof() - with.dof(), with.loss);
 }
 
+double nested_p_of_poses(const SuspectRun& run,
+                         const std::function<HypothesisFit(const SuspectRun& means)>& fit) {
+  const MeanReadings poses = average_poses(run.set(), run.estimate());
+  if (!poses.own || !(poses.degrees_of_freedom.minCoeff() > 0.0)) {
+    return 0.0;
+  }
+  const SuspectRun means(poses.set(), run.estimate(), run.fitter().known_field());
+  const HypothesisFit with = fit(means);
+  constexpr double clearly_more = 0.02;
+  if (!means.plain().fitted ||
+      !(between_groups_p(with, means.fitter().scale(), poses) < clearly_more)) {
+    return 0.0;
+  }
+  return nested_f_p(means.plain().total(), means.plain().dof(),
+                    means.plain().total() - with.total(), means.plain().dof() - with.dof(),
+                    with.loss);
+}
+
 Correction about(const SuspectRun& run,
                  WarningCode code,
                  const std::vector<std::size_t>& readings) {

@@ -119,6 +119,14 @@ void add_mistake_kind(const MistakeKind& kind);
 /// only the perpendicular residuals, so only they are used in the test for such a rotation.
 [[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
+/// Tests a hypothesis whose effect repeats in all blocks against the scatter of the poses. If,
+/// under the hypothesis, the means of the poses scatter clearly more than the readings about these
+/// means, then the readings of a pose share an error, and only the means are independent.
+/// @param fit  function that fits the hypothesis to a run.
+/// @return nested_f_p() for the means of the poses; 0 if the readings of a pose share no error.
+[[nodiscard]] double nested_p_of_poses(
+    const SuspectRun& run, const std::function<HypothesisFit(const SuspectRun& means)>& fit);
+
 /// @return a correction with this code and the run numbers of these readings.
 [[nodiscard]] Correction about(const SuspectRun& run,
                                WarningCode code,

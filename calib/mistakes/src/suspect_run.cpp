@@ -17,6 +17,7 @@ std::vector<std::size_t> first_of(const std::vector<std::size_t>& order, std::si
 
 SuspectRun::SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
     : set_(set),
+      estimate_(estimate),
       fitter_(estimate.field,
               known_field,
               set.noise_ratio.size() > 0

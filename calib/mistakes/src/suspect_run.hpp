@@ -34,10 +34,12 @@ class SuspectRun {
     return plain_.fit->shared() > many_directions ? 8 : 48;
   }
 
-  /// @param set  the readings of the run; must outlive this object.
+  /// @param set       the readings of the run; must outlive this object.
+  /// @param estimate  their fit; must outlive this object.
   SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field);
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
+  [[nodiscard]] const Estimate& estimate() const { return estimate_; }
   [[nodiscard]] const HypothesisFitter& fitter() const { return fitter_; }
   [[nodiscard]] Eigen::Index n() const { return set_.size(); }
   [[nodiscard]] Eigen::Index m() const { return set_.axis_count(); }
@@ -117,6 +119,7 @@ class SuspectRun {
   [[nodiscard]] std::vector<Eigen::Index> rows_of(const std::vector<std::size_t>& readings) const;
 
   const ReadingSet& set_;
+  const Estimate& estimate_;
   HypothesisFitter fitter_;
   bool stated_ratio_;
   std::vector<std::size_t> order_;

@@ -160,7 +160,7 @@ class BendOfRun {
 
  private:
   ReadingSet set_;
-  Layings layings_;
+  MeanReadings layings_;
   IndependentCurvature bent_;
   Eigen::Vector3d straight_;
   Eigen::Vector3d bent_squares_;
@@ -231,7 +231,7 @@ TEST(CurvatureFTest, CountsTheScatterWithinLayings) {
     rotations.push_back(set.orientation(*reading.point));
   }
   set.rotation_sensor_from_table = rotations;
-  const Layings layings = average_layings(set, {});
+  const MeanReadings layings = average_layings(set, {});
   ASSERT_EQ(layings.set().size(), 12);
   EXPECT_EQ(layings.degrees_of_freedom, Eigen::Vector3d::Constant(12.0));
   CurvatureFTest test(layings, true, 14, Eigen::Vector3d(1.0, 2.0, 4.0));
@@ -255,7 +255,7 @@ TEST(CurvatureFTest, CountsTheScatterWithinLayings) {
 
 TEST(CurvatureFTest, HasNoAnswerWithoutAFitOrFreedom) {
   const ReadingSet set = set_to_bend(8, Eigen::Vector3d::Constant(bend_noise));
-  const Layings layings = average_layings(set, {});
+  const MeanReadings layings = average_layings(set, {});
   const CurvatureFit bend{.estimate = Eigen::Vector3d::Zero(),
                           .squares = 1.0,
                           .squares_of_axis = Eigen::Vector3d::Ones()};

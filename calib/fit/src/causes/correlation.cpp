@@ -104,7 +104,7 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
 }
 
 CountedEstimate counted_correlation(const ScatterAnalysisInput& run, CountedEstimate so_far) {
-  with_independent_readings(run, so_far, [&](const SolvedReadings& readings) {
+  with_layings(run, so_far, [&](const SolvedReadings& readings) {
     add_serial_correlation(readings, so_far.estimate);
   });
   return so_far;

@@ -38,20 +38,33 @@ inline constexpr double one_sided_5_percent = 1.645;
 /// The least number of readings for the tests in add_field_noise() and add_field_wander().
 inline constexpr Eigen::Index fewest_looked_at = 8;
 
-/// Calls `use` with the readings whose errors are independent. These are the readings, or the means
-/// of the layings if consecutive readings of a pose share an error
-/// (CountedEstimate::means_counted).
+/// Calls `use` with the readings in their order. If consecutive readings of a pose share an error
+/// (CountedEstimate::means_counted), it gets the means of the layings.
+/// @param use  function of a SolvedReadings.
+template <typename Use>
+void with_layings(const ScatterAnalysisInput& run, const CountedEstimate& so_far, const Use& use) {
+  if (!so_far.means_counted) {
+    use(run.judged);
+    return;
+  }
+  const MeanReadings layings = average_layings(run.judged.set(), so_far.estimate);
+  use(SolvedReadings(layings.set(), run.judged.known_field()));
+}
+
+/// Calls `use` with the readings whose errors are independent. These are the means of the poses if
+/// all readings of a pose share an error (CountedEstimate::poses_counted), otherwise the readings
+/// of with_layings().
 /// @param use  function of a SolvedReadings.
 template <typename Use>
 void with_independent_readings(const ScatterAnalysisInput& run,
                                const CountedEstimate& so_far,
                                const Use& use) {
-  if (!so_far.means_counted) {
-    use(run.judged);
+  if (!so_far.poses_counted) {
+    with_layings(run, so_far, use);
     return;
   }
-  const Layings layings = average_layings(run.judged.set(), so_far.estimate);
-  use(SolvedReadings(layings.set(), run.judged.known_field()));
+  const MeanReadings poses = average_poses(run.judged.set(), so_far.estimate);
+  use(SolvedReadings(poses.set(), run.judged.known_field()));
 }
 
 }  // namespace axiscal

@@ -25,7 +25,7 @@ struct MeanSquares {
 // Returns the MeanSquares of each axis, with means over consecutive readings at one design point.
 // The result is empty if no two consecutive readings are at the same design point.
 std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estimate) {
-  const Layings layings = average_layings(set, estimate);
+  const MeanReadings layings = average_layings(set, estimate);
   const FitStatistics& statistics = estimate.statistics;
   std::vector<MeanSquares> axes;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -130,6 +130,7 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
                               "therefore count these readings as one"});
   }
   if (widen_by(of_poses(statistics), "poses", run.fitted, estimate)) {
+    so_far.poses_counted = true;
     estimate.notes.push_back({NoteCode::seats,
                               "each pose has its own error, which repeats in all blocks. The "
                               "intervals include this error. Clean the feet and the table, and "

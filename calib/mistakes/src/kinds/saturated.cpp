@@ -89,7 +89,12 @@ double quick_p_of_ends(const SuspectRun& run, const HypothesisFit& fit) {
 void detect_ends(const SuspectRun& run, const Consider& consider) {
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     for (const bool top : {true, false}) {
-      consider(fit_saturated(run, k, top), {.tests = count_of_ends(run)});
+      const HypothesisFit with = fit_saturated(run, k, top);
+      if (with.fitted) {
+        const double by_poses = nested_p_of_poses(
+            run, [&](const SuspectRun& means) { return fit_saturated(means, k, top); });
+        consider(with, {.tests = count_of_ends(run), .at_least = by_poses});
+      }
     }
   }
 }
