@@ -56,7 +56,7 @@ class Run:
 
     def __init__(self, rng, blocks=1, points=STANDARD_12, repeats=1, fixed=False, gain=0, gain_axis=0, mount=0, seat=0,
                  jitter=0, wander=0, wander_rho=0.9, at_field=1, at_axis=None, block=0, ar_=0, tails=0, step=0, extra=0, periodic=0, period=4.0,
-                 soak_b=0, soak_s=0, square=0, soaks=0):
+                 soak_b=0, soak_s=0, square=0, soaks=0, each=1, laying=0, pose=0):
         S = np.eye(3) + 0.02 * rng.normal(size=(3, 3))
         b = 0.02 * rng.normal(size=3)
         slope = 3e-3 * rng.normal(size=2)
@@ -68,8 +68,8 @@ class Run:
             if not fixed:
                 plan = [plan[i] for i in rng.permutation(len(plan))]
             for p in plan if j < blocks else plan[:extra]:
-                rows.append(p)
-                block_of.append(j)
+                rows += [p] * each  # readings of one laying
+                block_of += [j] * each
         n = len(rows)
         block_of = np.array(block_of)
         B = block_of.max() + 1
@@ -88,13 +88,16 @@ class Run:
             shifts += SIGMA * (30 * rng.normal(size=3) * u + square * u**2 + soak_b * rng.normal(size=(soaks, 3)))
             gains = gains + SIGMA * (20 * rng.normal(size=3) * u + soak_s * rng.normal(size=(soaks, 3)))
         v = np.empty((n, 3))
+        of_pose = {p: SIGMA * pose * rng.normal(size=3) for p in points}
         for i, (rest, fence) in enumerate(rows):
-            seated = turn(SIGMA * seat * rng.normal(size=3)) @ f_table
+            if i % each == 0:
+                seated = turn(SIGMA * seat * rng.normal(size=3)) @ f_table
+                of_laying = SIGMA * laying * rng.normal(size=3)
             f = mounts[block_of[i]] @ (to_cube(rest, fence).T @ seated) * size[i]
             scale = np.where(np.abs(f) > 0.7, at_field, 1.0)
             if at_axis is not None:
                 scale[[k for k in range(3) if k != at_axis]] = 1.0
-            v[i] = b + shifts[block_of[i]] + gains[block_of[i]] * (S @ f) + SIGMA * scale * noise[i]
+            v[i] = b + shifts[block_of[i]] + gains[block_of[i]] * (S @ f) + SIGMA * scale * noise[i] + of_laying + of_pose[rest, fence]
             v[i] += SIGMA * periodic * np.sqrt(2) * np.sin(2 * np.pi * i / period + np.array([0, 2, 4]))
         if step:
             q = step * SIGMA
@@ -139,6 +142,13 @@ for t in (3, 5):
     for n, name in ((dict(), "12"), (dict(points=ALL_24), "24"), (dict(blocks=4), "12x4")):
         WORLDS[f"t{t} {name}"] = on_table(tails=t, **n)
 WORLDS["seats 10 12"] = on_table(seat=10)
+for s, B in ((1, 4), (5, 4), (1, 8), (5, 8)):
+    WORLDS[f"pose {s} 12x{B}"] = on_table(pose=s, blocks=B)
+for s in (1, 3):
+    WORLDS[f"laying {s} of 5 rows 24"] = on_table(laying=s, each=5, points=ALL_24)
+for n, name in ((dict(), "12"), (dict(points=ALL_24), "24")):
+    WORLDS[f"seats 1 of 5 rows {name}"] = on_table(seat=1, each=5, **n)
+    WORLDS[f"seats 5 of 10 rows {name}"] = on_table(seat=5, each=10, **n)
 WORLDS["ar .5 12x4"] = on_table(blocks=4, ar_=0.5)
 WORLDS["ar .8 12x4"] = on_table(blocks=4, ar_=0.8)
 for name, what in (("", {}), (" b 2", dict(soak_b=2)), (" S 2", dict(soak_s=4)), (" square 1.6", dict(square=1.6))):

@@ -12,6 +12,12 @@
 
 namespace axiscal {
 
+/// The note of a calibration in which only the means of the layings are independent.
+inline constexpr const char* note_of_layings =
+    "consecutive readings of a pose share an error. The intervals therefore count these readings "
+    "as "
+    "one";
+
 /// Divides the readings into layings. A laying is one placement of the cube: consecutive readings
 /// at the same design point, field level and block. With temperature terms, or without design
 /// points, each reading is a laying by itself.
@@ -21,6 +27,11 @@ namespace axiscal {
 /// The means over groups of readings, and the scatter within the groups.
 struct MeanReadings {
   [[nodiscard]] const ReadingSet& set() const { return own ? *own : given; }
+
+  void forget_scatter() {
+    squares.setZero();
+    degrees_of_freedom.setZero();
+  }
 
   const ReadingSet& given;             // the original readings; must outlive this object
   std::optional<ReadingSet> own;       // the means; nullopt if they are identical to `given`

@@ -20,9 +20,8 @@ double CurvatureFTest::taken() const {
 void CurvatureFTest::count_means_if_they_share_errors(
     const Eigen::Ref<const Eigen::VectorXd>& left) {
   const Eigen::Index m = layings_.set().axis_count();
-  const bool seats_are_fitted = variances_.size() > m;
   FisherSum axes;
-  for (Eigen::Index k = 0; k < m && !seats_are_fitted; ++k) {
+  for (Eigen::Index k = 0; k < m && !seats_are_fitted(); ++k) {
     const double between = readings_of(k) - freedom_within_(k) - taken();
     if (between > 0.0 && within_(k) > 0.0) {
       axes.add(f_upper_p((left(k) / between) / (within_(k) / freedom_within_(k)), between,
@@ -39,6 +38,9 @@ void CurvatureFTest::count_means_if_they_share_errors(
 bool CurvatureFTest::pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left) {
   const ReadingSet& set = layings_.set();
   const Eigen::Index m = set.axis_count();
+  if (seats_are_fitted()) {
+    return false;  // the residuals contain the errors of the seats
+  }
   const Eigen::VectorXd ratio = set.noise_ratio.size() > 0
                                     ? Eigen::VectorXd(set.noise_ratio.cwiseAbs2())
                                     : Eigen::VectorXd(Eigen::VectorXd::Ones(m));

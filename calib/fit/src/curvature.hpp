@@ -24,8 +24,8 @@ struct CurvatureFit {
 /// Tests whether the axes' responses are curved, by an F test of the columns f_k^2. The fits use
 /// the variances given to the constructor, with one exception: if a ratio of the variances is
 /// stated, or if the residuals agree with equal variances of all axes, the variances are estimated
-/// from all axes together. This estimate comes from the fit with the columns f_k^2, because a
-/// curved response would increase the residuals of the fit without them.
+/// from all axes together, unless seats are fitted. This estimate comes from the fit with the
+/// columns f_k^2, because a curved response would increase the residuals of the fit without them.
 class CurvatureFTest {
  public:
   /// @param layings      means over consecutive readings at one design point, or over all readings
@@ -83,6 +83,10 @@ class CurvatureFTest {
   }
 
  private:
+  [[nodiscard]] bool seats_are_fitted() const {
+    return variances_.size() > layings_.set().axis_count();
+  }
+
   // Returns the number of independent readings of an axis. It is the number of means plus the
   // degrees of freedom of the readings about their means.
   [[nodiscard]] double readings_of(Eigen::Index axis) const;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -127,6 +128,20 @@ class GeneralizedFit {
     return true;
   }
 
+  // Returns true if the readings of a laying share an error besides the cube's rotation. The noise
+  // of the means, which this fit found without the scatter of the readings about them, is then
+  // clearly larger than this scatter.
+  [[nodiscard]] bool exceeds_scatter_within(const MeanReadings& layings) const {
+    FisherSum axes;
+    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+      const double within = layings.squares(k) / layings.degrees_of_freedom(k);
+      axes.add(
+          f_upper_p(variances_(k) / within, degrees_of_freedom(k), layings.degrees_of_freedom(k)));
+    }
+    constexpr double clearly_larger = 0.02;
+    return axes.p_value() < clearly_larger;
+  }
+
   // Tests for curvature of the axes by adding the columns f_k^2 to the fit. f_k is the initial
   // field along axis k.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
@@ -185,6 +200,33 @@ class GeneralizedFit {
       statistics.interval_dof(static_cast<Eigen::Index>(i)) = fit_->degrees_of_freedom(places[i]);
     }
     put_intervals(statistics);
+  }
+
+  // Adds the error that the readings of a laying share, besides the cube's rotation, as a component
+  // of the scatter. put() was called before.
+  void put_errors_of(const MeanReadings& layings, Estimate& estimate) const {
+    const Eigen::Index m = set_.axis_count();
+    FitStatistics& statistics = estimate.statistics;
+    Eigen::VectorXd sd(m);
+    Eigen::VectorXd share(statistics.covariance.rows());  // roots of the shares of the variances
+    double freedom = std::numeric_limits<double>::infinity();
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const double within = layings.squares(k) / layings.degrees_of_freedom(k);
+      const double excess = std::max(variances_(k) - within, 0.0);
+      sd(k) = std::sqrt(excess / set_.weights.col(k).mean());
+      const Eigen::Index p = share.size() / m;
+      share.segment(p * k, p).setConstant(std::sqrt(excess / variances_(k)));
+      freedom = std::min(freedom, degrees_of_freedom(k));
+    }
+    const Eigen::MatrixXd of_noise =
+        statistics.covariance - find_component(statistics, "seats")->covariance;
+    statistics.components.push_back(
+        {.name = "layings",
+         .sd = std::move(sd),
+         .unit = {},
+         .covariance = share.asDiagonal() * of_noise * share.asDiagonal(),
+         .degrees_of_freedom = freedom});
+    estimate.notes.push_back({NoteCode::correlation, note_of_layings});
   }
 
   // Predicts the effect of the inputs' errors on the readings of a set; n x m.
@@ -344,12 +386,17 @@ class GeneralizedFit {
   std::optional<VarianceFit> fit_;
 };
 
+// The smallest number of layings whose means alone separate rotations of the cube from noise. Fewer
+// layings are enough if the scatter of their readings shows the noise.
+constexpr Eigen::Index fewest_layings = 24;
+
 // Returns true if the fit includes random rotations of the cube at its seats.
 bool looks_for_seats(const Experiment& experiment,
                      const ReadingSet& set,
                      const MeanReadings& layings,
                      const Estimate& estimate) {
-  constexpr Eigen::Index fewest = 24;
+  constexpr Eigen::Index fewest_repeated = 12;
+  constexpr double enough_within = 12.0;
   constexpr Eigen::Index most = 2000;  // nobody places a cube more often in one calibration
   if (experiment.fit.seats == SeatSetup::none || experiment.fit.robust ||
       !estimate.field.has_vectors() || set.axis_count() < 2 || set.field.is_sum()) {
@@ -358,8 +405,30 @@ bool looks_for_seats(const Experiment& experiment,
   // If the readings are coarsely rounded, rotations at the seats cannot be distinguished from
   // rounding errors.
   return experiment.fit.seats == SeatSetup::fit ||
-         (layings.set().size() >= fewest && layings.set().size() <= most &&
+         (layings.set().size() >= (layings.degrees_of_freedom.minCoeff() >= enough_within
+                                       ? fewest_repeated
+                                       : fewest_layings) &&
+          layings.set().size() <= most &&
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
+}
+
+// Returns the layings without the scatter of their readings, if the readings of a laying share an
+// error besides the cube's rotation: only the means are then independent. Returns nullopt if they
+// share no such error.
+std::optional<MeanReadings> means_alone(const MeanReadings& layings,
+                                        const SolvedReadings& run,
+                                        const std::vector<InputQuantity>& inputs,
+                                        const Estimate& estimate) {
+  constexpr double fewest_within = 6.0;
+  if (layings.degrees_of_freedom.minCoeff() < fewest_within ||
+      !(layings.squares.minCoeff() > 0.0)) {
+    return std::nullopt;
+  }
+  MeanReadings alone = layings;
+  alone.forget_scatter();
+  GeneralizedFit fit(alone, run, inputs, true, estimate);
+  return fit.solve() && fit.exceeds_scatter_within(layings) ? std::optional(std::move(alone))
+                                                            : std::nullopt;
 }
 
 // Returns true if shared errors can be estimated. This requires that the design points determine
@@ -389,8 +458,10 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   }
   // If all readings of a pose share an error, only the means of the poses are independent.
   const bool has_poses = find_component(statistics, "poses") != nullptr;
-  const MeanReadings means =
-      has_poses ? average_poses(set, estimate) : average_layings(set, estimate);
+  MeanReadings means = has_poses ? average_poses(set, estimate) : average_layings(set, estimate);
+  if (find_component(statistics, "layings") != nullptr) {
+    means.forget_scatter();  // only the means are independent
+  }
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, means.set(), known, estimate.field);
@@ -453,7 +524,13 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     if (!shared) {
       continue;
     }
-    GeneralizedFit fit(layings, layings.own ? of_layings : run, inputs, seats, estimate);
+    const SolvedReadings& means = layings.own ? of_layings : run;
+    const std::optional<MeanReadings> alone =
+        seats ? means_alone(layings, means, inputs, estimate) : std::nullopt;
+    GeneralizedFit fit(alone ? *alone : layings, means, inputs, seats, estimate);
+    if (alone && layings.set().size() < fewest_layings) {
+      continue;
+    }
     const bool may_be_nothing = seats && experiment.fit.seats != SeatSetup::fit;
     // The seats' variance must be more than 1.6 times its standard error, which corresponds to 5
     // degrees of freedom. A smaller variance may be chance, and would reduce the estimate of the
@@ -465,6 +542,9 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
       continue;
     }
     fit.put(estimate);
+    if (alone) {
+      fit.put_errors_of(layings, estimate);
+    }
     // Seats are mentioned in a note only if their variance is 2.9 times its standard error or more,
     // which corresponds to 17 degrees of freedom. The intervals include smaller variances without a
     // note.

@@ -76,19 +76,25 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
       dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
-// If the means scatter clearly more than the readings about them, computes the intervals from the
-// mean square of the means.
-// @return true if an interval became longer.
-bool widen_by(const std::vector<MeanSquares>& axes,
-              const std::string& name,
-              const SolvedReadings& fitted,
-              Estimate& estimate) {
-  constexpr double clearly_larger = 0.02;
-  const bool may_be_larger = std::any_of(axes.begin(), axes.end(), [](const MeanSquares& axis) {
-    return axis.p_value < 10.0 * clearly_larger;
+// The level of significance at which a note says that the means scatter more than the readings
+// about them.
+constexpr double clearly_more = 0.02;
+
+// If the means scatter more than the readings about them, computes the intervals from the mean
+// square of the means.
+// @param level  level of significance of the test.
+// @return the p-value of the test if an interval became longer, otherwise 1.
+double widen_by(const std::vector<MeanSquares>& axes,
+                double level,
+                const std::string& name,
+                const SolvedReadings& fitted,
+                Estimate& estimate) {
+  const bool may_be_larger = std::any_of(axes.begin(), axes.end(), [&](const MeanSquares& axis) {
+    return axis.p_value < 10.0 * level;
   });
-  if (!may_be_larger || !(p_of_axes(axes, fitted, estimate) < clearly_larger)) {
-    return false;
+  const double p_value = may_be_larger ? p_of_axes(axes, fitted, estimate) : 1.0;
+  if (!(p_value < level)) {
+    return 1.0;
   }
   const FitStatistics& statistics = estimate.statistics;
   const Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
@@ -102,7 +108,7 @@ bool widen_by(const std::vector<MeanSquares>& axes,
       wider.widen(j, ratio * of_readings(j, j), axis.degrees_of_freedom);
     }
   }
-  return wider.put();
+  return wider.put() ? p_value : 1.0;
 }
 
 // Lengthens intervals if readings share errors. Consecutive readings at one design point share the
@@ -115,21 +121,26 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
   // The covariance may already include shared errors of mounts, soaks or uncertain inputs. Errors
   // of seats are those of layings; they differ between the blocks, so they cannot explain an error
   // that repeats in all blocks. A mistake in a reading looks like an error of its pose.
-  const std::size_t components = statistics.components.size();
-  const bool has_seats = components == 1 && find_component(statistics, "seats") != nullptr;
-  const bool is_weighed = !so_far.weighed.empty() || (components > 0 && !has_seats);
+  const bool has_seats = find_component(statistics, "seats") != nullptr;
+  const bool has_others = std::any_of(
+      statistics.components.begin(), statistics.components.end(),
+      [](const ScatterComponent& one) { return one.name != "seats" && one.name != "layings"; });
+  const bool is_weighed = !so_far.weighed.empty() || has_others;
   if (is_weighed || run.has_mistake || run.is_transfer() || run.experiment.fit.robust ||
       run.fitted.set().temperature.order > 0 || !(statistics.residual_sd.minCoeff() > 0.0)) {
     return so_far;
   }
-  if (!run.method.averages_pairs && !has_seats &&
-      widen_by(of_layings(run.fitted.set(), estimate), "layings", run.fitted, estimate)) {
-    so_far.means_counted = true;
-    estimate.notes.push_back({NoteCode::correlation,
-                              "consecutive readings of a pose share an error. The intervals "
-                              "therefore count these readings as one"});
+  if (!run.method.averages_pairs && !has_seats) {
+    // Errors of layings are usual, so the intervals include them also if they are less certain.
+    constexpr double perhaps_more = 0.1;
+    const double p_value = widen_by(of_layings(run.fitted.set(), estimate), perhaps_more, "layings",
+                                    run.fitted, estimate);
+    so_far.means_counted = p_value < perhaps_more;
+    if (p_value < clearly_more) {
+      estimate.notes.push_back({NoteCode::correlation, note_of_layings});
+    }
   }
-  if (widen_by(of_poses(statistics), "poses", run.fitted, estimate)) {
+  if (widen_by(of_poses(statistics), clearly_more, "poses", run.fitted, estimate) < clearly_more) {
     so_far.poses_counted = true;
     estimate.notes.push_back({NoteCode::seats,
                               "each pose has its own error, which repeats in all blocks. The "
