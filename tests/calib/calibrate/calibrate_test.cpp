@@ -996,6 +996,37 @@ TEST(Calibrate, GoodRunsHaveNoWarning) {
   EXPECT_LE(warned, 14);
 }
 
+// A knock changes the biases of two or of all axes between two readings. It is named with its
+// place, and the biases are those in the middle of the run.
+TEST(AStepOfTheBias, IsFoundIfItConcernsSeveralAxes) {
+  const SensorModel truth = test::accelerometer_truth();
+  const Experiment experiment = test::experiment_for(truth);
+  constexpr double noise = 1e-4;
+  constexpr int runs = 20;
+  for (const int axes : {2, 3}) {
+    int named = 0;
+    int covered = 0;  // out of 3 * runs
+    for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+      Observations run = simulate(truth, make_run_sheet(standard_design(12), 1, seed),
+                                  {.noise_sd = noise, .seed = seed});
+      Eigen::Vector3d step(10.0 * noise, -10.0 * noise, axes == 3 ? 10.0 * noise : 0.0);
+      run.response.bottomRows(7).rowwise() += step.transpose();
+      const Calibration found = calibrate(experiment, run);
+      for (const CalibrationWarning& warning : found.findings.warnings) {
+        named +=
+            warning.code == WarningCode::bias_step && warning.runs == std::vector{5, 6} ? 1 : 0;
+      }
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        const double expected = truth.response.bias(k) + step(k) * 7.0 / 12.0;
+        covered += std::abs(found.sensor.response.bias(k) - expected) <=
+                   found.fit.statistics->interval_95(4 * k);
+      }
+    }
+    EXPECT_GE(named, 18) << axes;
+    EXPECT_GE(covered, 53) << axes;
+  }
+}
+
 // The bias of axis x steps by 20 sigma after the sixth reading. The step is a term of the fit.
 // If the first six readings are those on the negative faces, the step equals a sum of the field's
 // components, and the readings hardly determine it. As a term it would spoil all coefficients.

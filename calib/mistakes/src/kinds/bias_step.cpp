@@ -2,7 +2,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,11 +22,22 @@ constexpr std::array bias_step_advice = {MistakeAdvice{
            "the readings again.",
     .many = {}}};
 
-// A step of the bias of one axis between two readings of a block. It lasts to the end of the block.
+// A step of the bias of one axis, or of all axes together, between two readings of a block. It
+// lasts to the end of the block.
 struct Step {
-  std::size_t cut = 0;  // index in run.order() of the first reading after the step
-  Eigen::Index axis = 0;
-  double drop = 0.0;  // reduction of the sum of squares, to first order
+  std::size_t cut = 0;               // index in run.order() of the first reading after the step
+  std::optional<Eigen::Index> axis;  // nullopt: all axes
+  double drop = 0.0;                 // reduction of the sum of squares, to first order
+  double p_value = 1.0;              // of the F test of this reduction
+
+  // Returns the axes whose biases change.
+  [[nodiscard]] std::vector<Eigen::Index> axes(Eigen::Index m) const {
+    std::vector<Eigen::Index> all(axis ? 1 : static_cast<std::size_t>(m), axis.value_or(0));
+    if (!axis) {
+      std::iota(all.begin(), all.end(), Eigen::Index{0});
+    }
+    return all;
+  }
 };
 
 constexpr std::size_t most_fitted = 4;
@@ -73,7 +88,23 @@ void add_steps(const SuspectRun& run,
   }
 }
 
-// Returns all steps, sorted by the reduction of the sum of squares, the largest first.
+// Adds a step of all axes for each cut at which every axis has a step. `steps` contains the steps
+// of single axes in one block.
+void add_steps_of_all_axes(const SuspectRun& run, std::vector<Step>& steps) {
+  std::map<std::size_t, std::pair<Eigen::Index, double>> cuts;  // number of axes, sum of drops
+  for (const Step& step : steps) {
+    auto& [count, drop] = cuts[step.cut];
+    ++count;
+    drop += step.drop;
+  }
+  for (const auto& [cut, sum] : cuts) {
+    if (run.m() > 1 && sum.first == run.m()) {
+      steps.push_back({.cut = cut, .axis = {}, .drop = sum.second});
+    }
+  }
+}
+
+// Returns all steps, the least likely by chance first.
 std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<Step> steps;
   if (run.set().temperature.order > 0) {
@@ -81,13 +112,20 @@ std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   }
   for (std::size_t first = 0; first < run.count();) {
     const std::size_t end = end_of_block(run, first);
+    std::vector<Step> of_block;
     for (Eigen::Index k = 0; k < run.m(); ++k) {
-      add_steps(run, fit, k, first, end, steps);
+      add_steps(run, fit, k, first, end, of_block);
     }
+    add_steps_of_all_axes(run, of_block);
+    steps.insert(steps.end(), of_block.begin(), of_block.end());
     first = end;
   }
+  for (Step& step : steps) {
+    const double added = step.axis ? 1.0 : static_cast<double>(run.m());
+    step.p_value = nested_f_p(fit.total(), fit.dof(), step.drop, added);
+  }
   std::stable_sort(steps.begin(), steps.end(),
-                   [](const Step& a, const Step& b) { return a.drop > b.drop; });
+                   [](const Step& a, const Step& b) { return a.p_value < b.p_value; });
   return steps;
 }
 
@@ -97,10 +135,14 @@ std::span<const Step> likeliest(const std::vector<Step>& steps) {
 
 HypothesisFit fit_step(const SuspectRun& run, const Step& step) {
   return run.fitter().fit(run.set(), {}, [&](const auto&, const auto&) -> Eigen::MatrixXd {
-    Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 1);
+    const std::vector<Eigen::Index> axes = step.axes(run.m());
+    Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), std::ssize(axes));
     const std::size_t end = end_of_block(run, step.cut);
     for (std::size_t at = step.cut; at < end; ++at) {
-      Z(run.n() * step.axis + static_cast<Eigen::Index>(run.order()[at]), 0) = 1.0;
+      for (std::size_t j = 0; j < axes.size(); ++j) {
+        Z(run.n() * axes[j] + static_cast<Eigen::Index>(run.order()[at]),
+          static_cast<Eigen::Index>(j)) = 1.0;
+      }
     }
     return Z;
   });
@@ -108,9 +150,7 @@ HypothesisFit fit_step(const SuspectRun& run, const Step& step) {
 
 double quick_p_of_step(const SuspectRun& run, const HypothesisFit& fit) {
   const std::vector<Step> steps = steps_of(run, fit);
-  return steps.empty() ? 1.0
-                       : static_cast<double>(steps.size()) *
-                             nested_f_p(fit.total(), fit.dof(), steps.front().drop, 1.0);
+  return steps.empty() ? 1.0 : static_cast<double>(steps.size()) * steps.front().p_value;
 }
 
 void detect_step(const SuspectRun& run, const Consider& consider) {
@@ -123,12 +163,16 @@ void detect_step(const SuspectRun& run, const Consider& consider) {
 void explain_by_step(const SuspectRun& run, Explanations& found) {
   const std::vector<Step> steps = steps_of(run, run.plain());
   for (const Step& step : likeliest(steps)) {
+    std::vector<double> ranges;
+    for (const Eigen::Index k : step.axes(run.m())) {
+      ranges.push_back(drift_range * run.full_response(k));
+    }
     found.add(
-        fit_step(run, step), {drift_range * run.full_response(step.axis)},
-        static_cast<double>(steps.size()),
+        fit_step(run, step), ranges, static_cast<double>(steps.size()),
         about(run, WarningCode::bias_step, {run.order()[step.cut - 1], run.order()[step.cut]}),
-        formatted("with a step in the bias of axis {} between them",
-                  run.set().axes[static_cast<std::size_t>(step.axis)]));
+        step.axis ? formatted("with a step in the bias of axis {} between them",
+                              run.set().axes[static_cast<std::size_t>(*step.axis)])
+                  : std::string("with a step in the biases of all axes between them"));
   }
 }
 
