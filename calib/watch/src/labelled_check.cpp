@@ -66,6 +66,19 @@ double seat_scatter_rad(const Calibration& record) {
   return 0.0;
 }
 
+// Returns the variances with which the sensitivities of a new block scatter about those of the
+// record, m x 3; 0 x 3 if the record does not show that sensitivities differ between blocks.
+SensitivityMatrix gain_variance_of(const Calibration& record) {
+  const CalibrationConditions& conditions = record.fit.conditions;
+  const std::vector<ScatterComponent>& components = record.fit.statistics->components;
+  const bool differ =
+      std::any_of(components.begin(), components.end(),
+                  [](const ScatterComponent& one) { return one.name == "block_sensitivities"; });
+  return differ ? SensitivityMatrix(conditions.sensitivity_mean_square *
+                                    (1.0 + 1.0 / static_cast<double>(conditions.blocks)))
+                : SensitivityMatrix(0, 3);
+}
+
 // Adds the p-value of each axis's residuals to `tests`.
 // @param degrees_of_freedom  degrees of freedom of each axis's scatter in the record.
 void add_residuals(const WeighedFit& fit,
@@ -86,23 +99,81 @@ void add_residuals(const WeighedFit& fit,
   }
 }
 
-// Adds the p-value of the change of each bias to `tests`. The variance of a change is the sum of
-// the variances from the noise and from the scatter between blocks. Satterthwaite's formula gives
-// its degrees of freedom.
-void add_changes_of_biases(const WeighedFit& shifted,
-                           const std::vector<BlockScatter>& blocks,
-                           const Eigen::VectorXd& degrees_of_freedom,
-                           FisherSum& tests) {
-  for (Eigen::Index k = 0; k < degrees_of_freedom.size(); ++k) {
-    const BlockScatter& scatter = blocks[static_cast<std::size_t>(k)];
-    const double by_noise = shifted.covariance(2 + k, 2 + k);
-    const double between = scatter.of_another_block();
-    const double share = by_noise / (by_noise + between);
-    const double nu =
-        1.0 / (share * share / degrees_of_freedom(k) +
-               (between > 0.0 ? (1.0 - share) * (1.0 - share) / scatter.degrees_of_freedom : 0.0));
-    tests.add(student_t_two_sided_p(shifted.estimate(2 + k) / std::sqrt(by_noise + between), nu));
+// The changes of the biases, in units of the noise of one block of the record.
+struct BiasChanges {
+  Eigen::VectorXd change;           // m
+  Eigen::MatrixXd by_noise;         // m x m: covariance of the changes from the noise
+  Eigen::ArrayXd ratios;            // m estimates of r, the variance of the bias of a block
+  double degrees_of_freedom = 0.0;  // of each ratio
+  double blocks = 1.0;              // number B of blocks of the record
+};
+
+BiasChanges changes_of_biases(const WeighedFit& shifted,
+                              const std::vector<BlockScatter>& blocks,
+                              const Eigen::VectorXd& noise_of_block) {
+  const auto m = std::ssize(blocks);
+  double largest = 1e-300;
+  for (const BlockScatter& scatter : blocks) {
+    largest = std::max(largest, scatter.mean_square);
   }
+  // The noise of an exact record may be 0.
+  const Eigen::VectorXd noise = noise_of_block.cwiseMax(1e-9 * largest);
+  const Eigen::VectorXd per_sd = noise.cwiseSqrt().cwiseInverse();
+  BiasChanges changes{.change = per_sd.cwiseProduct(shifted.estimate.tail(m)),
+                      .by_noise = per_sd.asDiagonal() * shifted.covariance.bottomRightCorner(m, m) *
+                                  per_sd.asDiagonal(),
+                      .ratios = Eigen::ArrayXd(m),
+                      .degrees_of_freedom = blocks.front().degrees_of_freedom,
+                      .blocks = blocks.front().blocks};
+  for (Eigen::Index k = 0; k < m; ++k) {
+    changes.ratios(k) = blocks[static_cast<std::size_t>(k)].mean_square / noise(k);
+  }
+  return changes;
+}
+
+// Returns the mean of p_at(between) over the values of r, at least 1, from which the estimate
+// `ratio` may come. `between` is the variance of a change from the scatter between blocks,
+// (1 + 1 / B) (r - 1).
+template <typename P>
+double mean_p(double ratio, double degrees_of_freedom, double blocks, const P& p_at) {
+  constexpr int points = 100;
+  const double sum_of_squares = degrees_of_freedom * std::max(ratio, 1e-6);
+  const double highest = 1.0 - chi_squared_upper_p(sum_of_squares, degrees_of_freedom);
+  double sum = 0.0;
+  for (int point = 0; point < points; ++point) {
+    const double u = highest * (point + 0.5) / points;
+    const double r = sum_of_squares / chi_squared_quantile(u, degrees_of_freedom);
+    sum += p_at((1.0 + 1.0 / blocks) * std::max(r - 1.0, 0.0));
+  }
+  return sum / points;
+}
+
+// Returns the p-value of the changes of the biases. The record has an estimate of the scatter
+// between blocks with few degrees of freedom, so p-values are means over the values that the
+// scatter may have. The changes are tested one by one, because the axes may scatter differently,
+// and together, because few degrees of freedom of one axis hide all but very large changes.
+double p_of_biases(const BiasChanges& changes, const Eigen::VectorXd& degrees_of_freedom) {
+  FisherSum one_by_one;
+  for (Eigen::Index k = 0; k < changes.change.size(); ++k) {
+    one_by_one.add(
+        mean_p(changes.ratios(k), changes.degrees_of_freedom, changes.blocks, [&](double between) {
+          return student_t_two_sided_p(
+              changes.change(k) / std::sqrt(changes.by_noise(k, k) + between),
+              degrees_of_freedom(k));
+        }));
+  }
+  // Satterthwaite's number of axes. It is smaller than m if the axes scatter differently.
+  const auto m = static_cast<double>(changes.ratios.size());
+  const double alike = std::pow(changes.ratios.sum(), 2) / changes.ratios.square().sum();
+  const double together =
+      mean_p(changes.ratios.mean(), alike * changes.degrees_of_freedom, changes.blocks,
+             [&](double between) {
+               Eigen::MatrixXd V = changes.by_noise;
+               V.diagonal().array() += between;
+               const double T = Whitening(V).times(changes.change).squaredNorm();
+               return chi_squared_upper_p(std::max(T * alike / m, 1e-12), alike);
+             });
+  return std::min(1.0, 2.0 * std::min(one_by_one.p_value(), together));
 }
 
 // The readings minus the values that a record predicts for a field in the table frame.
@@ -126,6 +197,7 @@ class DirectionProblem {
       : record_(record),
         observations_(observations),
         covariance_(covariance_within_blocks(record)),
+        gain_variance_(gain_variance_of(record)),
         seat_rad_(seat_scatter_rad(record)) {
     for (const Reading& reading : observations.readings) {
       rotations_.emplace_back(
@@ -150,9 +222,27 @@ class DirectionProblem {
     }
     linear.V = J * covariance_ * J.transpose();
     add_scatter(field, linear);
+    add_gains_of_block(field, linear);
     const Whitening whitening(linear.V);
     linear.residuals = whitening.times(linear.e);
     linear.jacobian = -whitening.times(linear.A);
+  }
+
+  // Returns the variance of the bias in one block of the record from the noise, m entries.
+  [[nodiscard]] Eigen::VectorXd noise_of_block() const {
+    const Eigen::Index m = record_.sensor.response.bias.size();
+    const Eigen::Index p = covariance_.rows() / m;
+    return static_cast<double>(record_.fit.conditions.blocks) *
+           covariance_.diagonal()(Eigen::seqN(0, m, p));
+  }
+
+  // Returns the degrees of freedom of each axis's scatter. They are those of the sensitivities if
+  // these differ between blocks.
+  [[nodiscard]] Eigen::VectorXd degrees_of_freedom() const {
+    const Eigen::VectorXd& of_noise = record_.fit.statistics->degrees_of_freedom;
+    return gain_variance_.rows() == 0 ? of_noise
+                                      : Eigen::VectorXd(of_noise.cwiseMin(
+                                            record_.fit.conditions.sensitivity_degrees_of_freedom));
   }
 
   [[nodiscard]] static Eigen::Vector3d moved(const Eigen::Vector3d& field,
@@ -200,9 +290,26 @@ class DirectionProblem {
     }
   }
 
+  // Adds the covariance of the sensitivities in a new block to V. All readings share these
+  // sensitivities.
+  void add_gains_of_block(const Eigen::Vector3d& field, Deviations& linear) const {
+    const Eigen::Index n = observations_.size();
+    for (Eigen::Index k = 0; k < gain_variance_.rows(); ++k) {
+      for (Eigen::Index j = 0; j < 3; ++j) {
+        Eigen::VectorXd met = Eigen::VectorXd::Zero(linear.V.rows());
+        for (Eigen::Index i = 0; i < n; ++i) {
+          met(gain_variance_.rows() * i + k) =
+              rotations_[static_cast<std::size_t>(i)].row(j).dot(field);
+        }
+        linear.V += gain_variance_(k, j) * met * met.transpose();
+      }
+    }
+  }
+
   const Calibration& record_;
   const Observations& observations_;
   Eigen::MatrixXd covariance_;
+  SensitivityMatrix gain_variance_;  // m x 3; empty if the sensitivities do not differ
   double seat_rad_;
   std::vector<Eigen::Matrix3d> rotations_;
 };
@@ -260,7 +367,7 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
   const WeighedFit shifted = fit_weighed(at.e, with_biases, at.V);
-  const Eigen::VectorXd& freedom = record.fit.statistics->degrees_of_freedom;
+  const Eigen::VectorXd freedom = problem.degrees_of_freedom();
   // The new readings form a different block from those of the record. The offset of this block
   // has few degrees of freedom and the residuals have many, so the two are tested separately.
   std::vector<BlockScatter> blocks;
@@ -271,11 +378,13 @@ DriftCheck check_labelled(const Calibration& record,
   if (std::any_of(blocks.begin(), blocks.end(),
                   [](const BlockScatter& one) { return one.degrees_of_freedom > 0.0; })) {
     add_residuals(shifted, freedom, tests);
-    add_changes_of_biases(shifted, blocks, freedom, tests);
+    const double of_biases =
+        p_of_biases(changes_of_biases(shifted, blocks, problem.noise_of_block()), freedom);
+    check.p_value = std::min(1.0, 2.0 * std::min(tests.p_value(), of_biases));
   } else {
     add_residuals(fit_weighed(at.e, at.A, at.V), freedom, tests);
+    check.p_value = tests.p_value();
   }
-  check.p_value = tests.p_value();
   check.drifted = check.p_value < alpha;
   for (Eigen::Index k = 0; k < m; ++k) {
     const double change = shifted.estimate(2 + k);

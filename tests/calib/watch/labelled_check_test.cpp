@@ -194,31 +194,61 @@ TEST(CheckOfLabelled, GivesUniformProbabilitiesWithoutAChange) {
   EXPECT_NEAR(below_half, 200, 50);
 }
 
-// The readings are of a new block whose biases differ as those of the record's blocks.
+// The readings are of a new block whose biases differ as those of the record's blocks. The record
+// has an estimate of their scatter with few degrees of freedom.
 TEST(CheckOfLabelled, AllowsForTheScatterOfBlocks) {
   constexpr double sd_of_blocks = 10.0 * sd_of_reading;
-  constexpr int blocks = 4;
   RandomStream random(7);
-  int alarms = 0;
-  int alarms_by_readings = 0;
-  for (std::uint64_t trial = 0; trial < 200; ++trial) {
-    Calibration record = sharp_record(30.0);
-    Eigen::Matrix<double, 3, blocks> biases;
-    for (double& bias : biases.reshaped()) {
-      bias = sd_of_blocks * random.normal();
+  for (const int blocks : {2, 4, 8}) {
+    int alarms = 0;
+    int alarms_by_readings = 0;
+    int found = 0;  // changes of 200 times the noise
+    for (std::uint64_t trial = 0; trial < 200; ++trial) {
+      Calibration record = sharp_record(30.0);
+      Eigen::MatrixXd biases(3, blocks);
+      for (double& bias : biases.reshaped()) {
+        bias = sd_of_blocks * random.normal();
+      }
+      record.sensor.response.bias += biases.rowwise().mean();
+      Observations readings = some_readings(2000 + trial);
+      readings.response.rowwise() += sd_of_blocks * random.normals<3>().transpose();
+      alarms_by_readings += p_labelled(record, readings) < 0.05 ? 1 : 0;
+      record.fit.conditions.blocks = blocks;
+      record.fit.conditions.block_mean_square =
+          (biases.colwise() - biases.rowwise().mean()).rowwise().squaredNorm() / (blocks - 1.0);
+      record.fit.conditions.block_degrees_of_freedom = blocks - 1.0;
+      alarms += p_labelled(record, readings) < 0.05 ? 1 : 0;
+      readings.response.array() += 20.0 * sd_of_blocks;
+      found += p_labelled(record, readings) < 0.01 ? 1 : 0;
     }
-    record.sensor.response.bias += biases.rowwise().mean();
-    Observations readings = some_readings(2000 + trial);
-    readings.response.rowwise() += sd_of_blocks * random.normals<3>().transpose();
-    alarms_by_readings += p_labelled(record, readings) < 0.05 ? 1 : 0;
-    record.fit.conditions.blocks = blocks;
-    record.fit.conditions.block_mean_square =
-        (biases.colwise() - biases.rowwise().mean()).rowwise().squaredNorm() / (blocks - 1.0);
-    record.fit.conditions.block_degrees_of_freedom = blocks - 1.0;
-    alarms += p_labelled(record, readings) < 0.05 ? 1 : 0;
+    EXPECT_LE(alarms, 18) << blocks;  // 10 expected
+    EXPECT_GE(alarms_by_readings, 180);
+    EXPECT_GE(found, blocks == 2 ? 60 : 195) << blocks;
   }
-  EXPECT_LE(alarms, 50);  // 10 if M were exact; it has 3 degrees of freedom
-  EXPECT_GE(alarms_by_readings, 180);
+}
+
+// The sensitivities of the new block differ as those of the record's blocks.
+TEST(CheckOfLabelled, AllowsForSensitivitiesThatDifferBetweenBlocks) {
+  Calibration record = sharp_record(30.0);
+  record.fit.conditions.blocks = 4;
+  record.fit.conditions.sensitivity_mean_square = SensitivityMatrix::Constant(3, 3, 1e-6);
+  record.fit.conditions.sensitivity_degrees_of_freedom = 3.0;
+  const LinearResponse& response = record.sensor.response;
+  Observations readings = some_readings(17);
+  RandomStream random(9);
+  const Eigen::Vector3d gains = 1e-3 * random.normals<3>();
+  for (Eigen::Index i = 0; i < readings.size(); ++i) {
+    const Eigen::Vector3d f =
+        rotation_of(readings.readings[static_cast<std::size_t>(i)]) * gravity_of_slope;
+    readings.response.row(i) += gains.cwiseProduct(response.sensitivity * f).transpose();
+  }
+  EXPECT_LT(p_labelled(record, readings), 1e-4);  // the record does not say that they differ
+  record.fit.statistics->components = {{.name = "block_sensitivities",
+                                        .sd = Eigen::Vector3d::Constant(1e-3),
+                                        .unit = "",
+                                        .covariance = Eigen::MatrixXd::Zero(12, 12),
+                                        .degrees_of_freedom = 3.0}};
+  EXPECT_GT(p_labelled(record, readings), 0.01);
 }
 
 TEST(CheckOfLabelled, AllowsForTheSeatsOfTheCube) {
