@@ -4,6 +4,7 @@
 
 #include "adjuster_options.hpp"
 #include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -41,27 +42,25 @@ void add_options(OptionSet& options, LevelCommand& command) {
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
-// A component of the slope is significant if it exceeds this number of standard errors.
-constexpr double level_within = 2.0;
-
 // The present slope of the table.
 struct Slope {
   Eigen::Vector2d value = Eigen::Vector2d::Zero();
   Eigen::Vector2d standard_error = Eigen::Vector2d::Zero();
+  double coverage_factor = 2.0;  // of a 95 % interval
   bool of_last_block = false;
 
   [[nodiscard]] double size() const { return value.norm(); }
 
-  // Returns the standard uncertainty of size(). If the slope is zero, returns the larger of the
-  // standard errors of its components.
-  [[nodiscard]] double size_error() const {
-    return size() > 0.0 ? value.cwiseProduct(standard_error).norm() / size()
-                        : standard_error.maxCoeff();
+  // Returns the expanded uncertainties (95 %) of the components.
+  [[nodiscard]] Eigen::Vector2d expanded() const { return coverage_factor * standard_error; }
+
+  // Returns the expanded uncertainty of size(). If the slope is zero, returns the larger of those
+  // of its components.
+  [[nodiscard]] double expanded_size() const {
+    return size() > 0.0 ? value.cwiseProduct(expanded()).norm() / size() : expanded().maxCoeff();
   }
 
-  [[nodiscard]] bool is_level() const {
-    return (value.array().abs() <= level_within * standard_error.array()).all();
-  }
+  [[nodiscard]] bool is_level() const { return (value.array().abs() <= expanded().array()).all(); }
 };
 
 bool is_calibration_record(const std::string& path) {
@@ -181,6 +180,9 @@ Slope slope_of(const Measured& measured) {
   Slope slope{.value = {now.x, now.y},
               .standard_error = {now.standard_error_x, now.standard_error_y},
               .of_last_block = !levelness.blocks.empty()};
+  if (levelness.degrees_of_freedom > 0.0) {
+    slope.coverage_factor = student_t_factor(0.95, levelness.degrees_of_freedom);
+  }
   if (levelness.combined) {
     const CombinedLevelness& all = *levelness.combined;
     slope.value = {all.x, all.y};
@@ -199,6 +201,7 @@ std::string level_json(const Slope& slope,
   const auto xy = [](const Eigen::Vector2d& v) -> Json { return {{"x", v.x()}, {"y", v.y()}}; };
   Json json = {{"slope", xy(slope.value)},
                {"u", xy(slope.standard_error)},
+               {"expanded_95", xy(slope.expanded())},
                {"level", slope.is_level()},
                {"fence_lean_when_level_rad", fence_lean_rad},
                {"adjusters", Json::array()}};
@@ -207,6 +210,7 @@ std::string level_json(const Slope& slope,
                                  {"y_m", move.position_m.y()},
                                  {"raise_m", move.raise_m},
                                  {"u_m", move.uncertainty_m},
+                                 {"expanded_95_m", slope.coverage_factor * move.uncertainty_m},
                                  {"turns", move.turns ? Json(*move.turns) : Json()}});
   }
   return json_text(json);
@@ -227,12 +231,13 @@ std::string text_of(const Slope& slope,
     return std::string(value < 0.0 ? "-" : "+") + axis;
   };
   std::string text = wrapped(
-      formatted("The slope of the table is {} +- {} urad{} ({}, {} urad along x and y, with "
-                "standard errors {}, {}); the table rises towards {} and {}.",
-                micro_text(slope.size()), micro_text(slope.size_error()),
+      formatted("The slope of the table is {} +- {} urad{} ({} +- {} urad along x, {} +- {} urad "
+                "along y); the table rises towards {} and {}. +- is the expanded uncertainty "
+                "(95 %).",
+                micro_text(slope.size()), micro_text(slope.expanded_size()),
                 slope.of_last_block ? " in the last block" : "", micro_text(slope.value.x()),
-                micro_text(slope.value.y()), micro_text(slope.standard_error.x()),
-                micro_text(slope.standard_error.y()), rises(slope.value.x(), 'x'),
+                micro_text(slope.expanded().x()), micro_text(slope.value.y()),
+                micro_text(slope.expanded().y()), rises(slope.value.x(), 'x'),
                 rises(slope.value.y(), 'y')),
       80);
   text += formatted("\n\n  {:>10}{:>10}{:>16}{:>8}{:>10}\n", "x [mm]", "y [mm]", "raise by [um]",
@@ -240,7 +245,7 @@ std::string text_of(const Slope& slope,
   for (const AdjusterMove& move : moves) {
     text += formatted("  {:>10.4g}{:>10.4g}{:>16}{:>8}{:>10}\n", 1e3 * move.position_m.x(),
                       1e3 * move.position_m.y(), micro_text(move.raise_m),
-                      micro_text(move.uncertainty_m),
+                      micro_text(slope.coverage_factor * move.uncertainty_m),
                       move.turns ? formatted("{:.3f}", *move.turns) : "-");
   }
   text += formatted(

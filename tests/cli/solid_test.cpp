@@ -146,6 +146,8 @@ TEST(LevelCommand, LevelsATableInOneGo) {
   EXPECT_NEAR(level["slope"]["x"].get<double>(), 0.004, 1e-5);
   EXPECT_NEAR(level["slope"]["y"].get<double>(), -0.003, 1e-5);
   EXPECT_FALSE(level["level"].get<bool>());
+  // Student's factor for the 10 degrees of freedom of six faces is 2.228.
+  EXPECT_NEAR(level["expanded_95"]["x"].get<double>() / level["u"]["x"].get<double>(), 2.228, 1e-3);
   double least = 1.0;
   // The raised points must form a plane with the opposite slope.
   std::vector<double> raise;
