@@ -2,7 +2,9 @@
 // The command with cubes, tables and assemblies: level, characterize, plan's forecast, slots.
 #include <cmath>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/tolerance.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
@@ -146,8 +148,10 @@ TEST(LevelCommand, LevelsATableInOneGo) {
   EXPECT_NEAR(level["slope"]["x"].get<double>(), 0.004, 1e-5);
   EXPECT_NEAR(level["slope"]["y"].get<double>(), -0.003, 1e-5);
   EXPECT_FALSE(level["level"].get<bool>());
-  // Student's factor for the 10 degrees of freedom of six faces is 2.228.
-  EXPECT_NEAR(level["expanded_95"]["x"].get<double>() / level["u"]["x"].get<double>(), 2.228, 1e-3);
+  const double freedom =
+      json::parse(read_whole_file(record))["levelness"]["degrees_of_freedom"].get<double>();
+  EXPECT_NEAR(level["expanded_95"]["x"].get<double>() / level["u"]["x"].get<double>(),
+              student_t_factor(0.95, freedom), 1e-9);
   double least = 1.0;
   // The raised points must form a plane with the opposite slope.
   std::vector<double> raise;
