@@ -261,7 +261,10 @@ Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
 }
 
 // Returns the residuals and all columns of the fit: those of the nine parameters, then the further
-// columns. Both are multiplied by the roots of the robust weights.
+// columns. In a robust fit the residuals r are replaced by pseudo-residuals psi(r) / mean(psi').
+// Least squares of these has the errors of the robust fit. With psi(r) = w r and bisquare weights
+// w = (1 - u^2)^2, psi' is w - 4 u^2 sqrt(w).
+// Source: Huber & Ronchetti, Robust Statistics, 2nd ed. (2009), sec. 7.6.
 Linearised all_columns(const EllipsoidFit& fit) {
   Linearised all = fit.linear;
   if (fit.further.cols() > 0) {
@@ -269,9 +272,9 @@ Linearised all_columns(const EllipsoidFit& fit) {
     all.jacobian << fit.linear.jacobian, fit.further;
   }
   if (fit.robust.size() > 0) {
-    const Eigen::VectorXd root = fit.robust.cwiseSqrt();
-    all.residuals.array() *= root.array();
-    all.jacobian.array().colwise() *= root.array();
+    const Eigen::ArrayXd root = fit.robust.array().sqrt();
+    const double slope = (root * (5.0 * root - 4.0)).mean();  // mean of psi'
+    all.residuals.array() *= fit.robust.array() / slope;
   }
   return all;
 }

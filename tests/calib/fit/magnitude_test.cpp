@@ -210,6 +210,28 @@ TEST(MagnitudeMethod, RobustRegressionPassesOverReadingsThatWereMoved) {
 
 // ---- coverage of the sphere ----
 
+// From 200 readings on, the uncertainties come from leaving out tenths of the readings. In a robust
+// fit a reading changes the result more than by its weight alone.
+TEST(MagnitudeMethod, RobustRegressionOfALongRecordingStatesItsUncertainty) {
+  const Eigen::Matrix3d S = soft_iron(MagnitudeShape::symmetric);
+  std::vector<Eigen::Vector3d> directions;
+  RandomStream random(4);
+  for (int i = 0; i < 250; ++i) {
+    directions.push_back(random.normals<3>().normalized());
+  }
+  Experiment experiment = magnitude_experiment();
+  experiment.fit.robust = true;
+  double squares = 0.0;    // of the errors of the biases
+  double variances = 0.0;  // as stated
+  constexpr int runs = 60;
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    const Calibration result = calibrate(experiment, hand_motion(directions, S, 0.05, seed));
+    squares += (result.sensor.response.bias - hard_iron).squaredNorm();
+    variances += result.fit.statistics->bias_se().squaredNorm();
+  }
+  EXPECT_NEAR(std::sqrt(variances / squares), 1.0, 0.1);
+}
+
 TEST(OrientationQuality, NamesTheGap) {
   std::vector<Eigen::Vector3d> directions;
   for (const Eigen::Vector3d& direction : directions_on_sphere(400)) {
