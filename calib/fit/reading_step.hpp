@@ -35,7 +35,8 @@ namespace axiscal {
 
 /// Finds the rounding step of each reading. A meter that changes its range, or that shows a fixed
 /// number of digits, rounds large readings to a wider step than small ones. The wider step is
-/// searched for among the largest readings of all axes.
+/// searched for among the largest readings of all axes. A step that the readings of all axes have
+/// in common is a step of each axis, because few distinct readings of one axis do not show it.
 ///
 /// @param response  n x m [unit].
 /// @param weights   n x m; readings of weight 0 do not count.

@@ -106,7 +106,7 @@ Calibration calibrated(const Experiment& experiment, const Observations& observa
     return calibrated_without(experiment, observations, duplicate_rows(repeats),
                               warnings_of(repeats, observations));
   }
-  fit = tested(run, std::move(fit), search);                        // levelness, lack of fit
+  fit = with_levelness(run, with_lack_of_fit(run, std::move(fit)), search);
   CountedEstimate counted = counted_scatter(run, fit, search);      // method.md, section 4.1
   const FitTests tests = tests_of(run, fit, counted);               // saturation, curvature
   Calibration record = record_of(run, model, fit, counted);         // method.md, section 8
@@ -166,7 +166,8 @@ Calibration fitted_record(const Experiment& experiment, const Observations& obse
   if (!run.method().fits_sensitivity) {
     return calibration_of_biases(run);
   }
-  const auto [model, fit, search] = solved(run);
+  auto [model, fit, search] = solved(run);
+  fit = with_lack_of_fit(run, std::move(fit));
   CountedEstimate counted = counted_scatter(run, fit, search);
   return record_of(run, model, fit, counted);
 }

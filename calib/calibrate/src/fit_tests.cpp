@@ -152,14 +152,18 @@ bool is_within_steps(const PreparedRun& run, const FittedRun& fit, const Eigen::
 
 }  // namespace
 
-FittedRun tested(const PreparedRun& run, FittedRun fit, const SearchedRun& search) {
-  if (run.method().by_magnitude || fit.set->seen.cols() > 0) {
-    return fit;
+FittedRun with_lack_of_fit(const PreparedRun& run, FittedRun fit) {
+  if (!run.method().by_magnitude && fit.set->seen.cols() == 0) {
+    test_lack_of_fit_of_inputs(run.experiment(), *fit.set, run.method().method, fit.estimate);
+    allow_for_rounding(*fit.set, run.experiment().stated.resolution, fit.estimate.statistics);
   }
-  const SolvedReadings judged = judged_readings(run, fit, search);
-  test_levelness(judged, fit.estimate);
-  test_lack_of_fit_of_inputs(run.experiment(), *fit.set, run.method().method, fit.estimate);
-  allow_for_rounding(*fit.set, run.experiment().stated.resolution, fit.estimate.statistics);
+  return fit;
+}
+
+FittedRun with_levelness(const PreparedRun& run, FittedRun fit, const SearchedRun& search) {
+  if (!run.method().by_magnitude && fit.set->seen.cols() == 0) {
+    test_levelness(judged_readings(run, fit, search), fit.estimate);
+  }
   return fit;
 }
 

@@ -9,9 +9,14 @@
 
 namespace axiscal {
 
-/// Tests the levelness of the table and the lack of fit.
-/// @return the fit with the results of these tests.
-[[nodiscard]] FittedRun tested(const PreparedRun& run, FittedRun fit, const SearchedRun& search);
+/// Allows for uncertain inputs and for rounding in the tests of the lack of fit. The scatter of the
+/// poses, and with it the uncertainty, depends on these tests.
+[[nodiscard]] FittedRun with_lack_of_fit(const PreparedRun& run, FittedRun fit);
+
+/// Tests the levelness of the table. The uncertainty does not depend on this test.
+[[nodiscard]] FittedRun with_levelness(const PreparedRun& run,
+                                       FittedRun fit,
+                                       const SearchedRun& search);
 
 /// Tests whether axes are saturated and whether the response is curved. The uncertainty does not
 /// depend on these tests.

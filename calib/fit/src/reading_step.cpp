@@ -157,8 +157,9 @@ WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
   return widest;
 }
 
-// Increases the steps of large readings, because an instrument may have wider steps in higher
-// measuring ranges. The search goes through the ranges, starting with the largest readings.
+// Increases the steps that the readings of all axes show together. Few readings of an axis do not
+// show a wide step by themselves. An instrument may have wider steps in higher measuring ranges, so
+// the search goes through the ranges, starting with the largest readings.
 void add_steps_by_range(const Eigen::MatrixXd& response,
                         const Eigen::MatrixXd& weights,
                         Eigen::MatrixXd& steps) {
@@ -178,6 +179,10 @@ void add_steps_by_range(const Eigen::MatrixXd& response,
   constexpr double by_digits = 0.0;  // noise of 0, so that only steps in the digits are found
   for (auto first = places.begin(); first != places.end();) {
     const std::optional<double> least = detect_rounding_step(readings, 0.0, by_digits);
+    for (auto place = first; place != places.end() && least; ++place) {
+      double& one = steps(place->first, place->second);
+      one = std::max(one, *least);
+    }
     const WideStep wide = least ? wide_step_of_first(readings, *least) : WideStep();
     if (wide.readings == 0) {
       return;

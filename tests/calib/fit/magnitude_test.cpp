@@ -227,7 +227,7 @@ TEST(MagnitudeMethod, RobustRegressionOfALongRecordingStatesItsUncertainty) {
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     const Calibration result = calibrate(experiment, hand_motion(directions, S, 0.05, seed));
     squares += (result.sensor.response.bias - hard_iron).squaredNorm();
-    variances += result.fit.statistics->bias_se().squaredNorm();
+    variances += result.fit.statistics->bias_se.squaredNorm();
   }
   EXPECT_NEAR(std::sqrt(variances / squares), 1.0, 0.1);
 }

@@ -73,6 +73,23 @@ TEST(StepsOfResponses, FindsAWiderStepOfLargeReadings) {
   }
 }
 
+// On a level table each axis has only four values. They do not show the step of 0.005, but those of
+// all axes do.
+TEST(StepsOfResponses, FindsAStepThatOnlyAllAxesShow) {
+  Eigen::MatrixXd response(4, 3);
+  response << 2.545, 0.035, -0.02,  //
+      -2.455, 0.015, 0.065,         //
+      0.01, 2.36, 0.03,             //
+      0.005, -2.485, 2.51;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Eigen::VectorXd axis = response.col(k);
+    EXPECT_LT(detect_rounding_step({axis.begin(), axis.end()}, 0.0).value_or(0.0), 0.002);
+  }
+  const Eigen::MatrixXd steps = detect_rounding_steps(response, Eigen::MatrixXd::Ones(4, 3), 0.0,
+                                                      Eigen::Vector3d::Constant(2e-4));
+  EXPECT_MATRIX_NEAR(steps, Eigen::MatrixXd::Constant(4, 3, 0.005), 1e-9);
+}
+
 TEST(StepsOfResponses, IsOneStepIfAllReadingsHaveIt) {
   Eigen::MatrixXd response = Eigen::MatrixXd::Random(30, 3);
   response = (response.array() / 0.004).round() * 0.004;
