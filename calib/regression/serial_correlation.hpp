@@ -105,6 +105,7 @@ class LagOneScore {
 /// those of ordinary least squares.
 struct CorrelatedMean {
   Eigen::VectorXd u;                ///< standard uncertainties, m entries
+  Eigen::VectorXd u_if_white;       ///< the same without correlation, m entries
   double degrees_of_freedom = 0.0;  ///< n - p
   /// correlation of the noise of consecutive readings: a weighted mean over the noise models
   double correlation = 0.0;

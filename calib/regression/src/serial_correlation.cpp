@@ -327,6 +327,7 @@ CorrelatedMean uncertainty_of_correlated_mean(const OrderedReadings& readings) {
   const Eigen::MatrixXd along = Eigen::MatrixXd::Ones(n, 1);
   CorrelatedMean mean{
       .u = Eigen::VectorXd(m),
+      .u_if_white = Eigen::VectorXd(m),
       .degrees_of_freedom = static_cast<double>(n - readings.designs.front().cols())};
   std::vector<std::vector<FirstCoefficient>> of_models(
       models.size(), std::vector<FirstCoefficient>(static_cast<std::size_t>(m)));
@@ -363,6 +364,8 @@ CorrelatedMean uncertainty_of_correlated_mean(const OrderedReadings& readings) {
       variance += weights[g] * (one.variance + one.change * one.change);
     }
     mean.u(static_cast<Eigen::Index>(k)) = std::sqrt(variance);
+    // The first model is white noise.
+    mean.u_if_white(static_cast<Eigen::Index>(k)) = std::sqrt(of_models.front()[k].variance);
   }
   return mean;
 }

@@ -194,7 +194,9 @@ TEST(MeanUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
   // u^2 is the mean of u_g^2 + (b_g - b)^2 about the estimate b of least squares.
   const double off = all.estimate(0) - first_coefficient(readings);
   const double expected = std::sqrt(all.covariance(0, 0) + off * off);
-  EXPECT_NEAR(uncertainty_of_correlated_mean(readings).u(0), expected, 1e-8 * expected);
+  const CorrelatedMean found = uncertainty_of_correlated_mean(readings);
+  EXPECT_NEAR(found.u(0), expected, 1e-8 * expected);
+  EXPECT_NEAR(found.u_if_white(0), std::sqrt(fits.front().covariance(0, 0)), 1e-8 * expected);
 }
 
 TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {

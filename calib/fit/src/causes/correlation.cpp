@@ -77,6 +77,16 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
     return;
   }
   const CorrelatedMean mean = uncertainty_of_correlated_mean(*ordered);
+  // Fitted seats change the weights of the readings, so that the bias has a smaller uncertainty
+  // than that of least squares. The correlation increases both by the same factor.
+  const ScatterComponent* const seats = find_component(estimate.statistics, "seats");
+  Eigen::VectorXd u = mean.u;
+  for (Eigen::Index k = 0; k < set.axis_count() && seats != nullptr; ++k) {
+    const Eigen::Index at = set.coefficient_count() * k;
+    const double variance =
+        estimate.statistics.covariance_of_readings()(at, at) + seats->covariance(at, at);
+    u(k) *= std::sqrt(variance) / mean.u_if_white(k);
+  }
   WiderIntervals wider("correlation", estimate);
   // A smaller correlation may come from shifts of blocks, which the cause 'blocks' includes.
   constexpr double slight = 0.1;
@@ -84,14 +94,14 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
     return;
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    if (!(mean.u(k) > set.rounding(k))) {
+    if (!(u(k) > set.rounding(k))) {
       return;
     }
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const Eigen::Index at = set.coefficient_count() * k;
-    wider.component().sd(k) = mean.u(k);
-    wider.widen(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom);
+    wider.component().sd(k) = u(k);
+    wider.widen(at, u(k) * u(k), mean.degrees_of_freedom);
   }
   wider.put();
   if (score > told_alike_above) {
