@@ -318,7 +318,8 @@ def csv_of(columns: Mapping[str, Any]) -> str:
         if array.dtype.kind == "f":
             texts = ["" if one != one else number(one) for one in array.tolist()]
         elif array.dtype.kind in "iub":
-            texts = [str(int(one)) for one in array.tolist()]
+            whole: Any = array.tolist()
+            texts = [str(int(one)) for one in whole]
         elif array.dtype.kind == "M":
             texts = ["" if np.isnat(one) else str(one) for one in array]
         else:

@@ -170,7 +170,7 @@ class Calibration:
                     temperature = columns[names["temperature"]]
                 else:
                     warn("the readings have no column 'temperature': the reference temperature is used")
-        heat = np.empty((0, 1))
+        heat: Floats = np.empty((0, 1))
         if temperature is not None:
             is_one = array_of(temperature, "temperature").ndim == 0
             heat = matrix(np.full(len(data), temperature) if is_one else temperature, "temperature")

@@ -19,7 +19,8 @@ def write_units(run: ax.Run, path: str, first: int, rng: np.random.Generator) ->
         file.write("serial,rest,fence,x,y,z\n")
         for unit in range(first, first + 3):
             noise = rng.normal(scale=1e-4, size=run.readings.shape)
-            for rest, fence, reading in zip(run.rest, run.fence, run.readings + noise):
+            readings: Any = run.readings + noise
+            for rest, fence, reading in zip(run.rest, run.fence, readings):
                 file.write(f"S{unit:03d},{rest},{fence}," + ",".join(f"{one:.6f}" for one in reading) + "\n")
 
 

@@ -4,7 +4,7 @@
 import os
 import pathlib
 import pickle
-from typing import Any
+from typing import Any, Callable, List
 
 import numpy as np
 import pytest
@@ -271,7 +271,7 @@ def test_two_axes(run: ax.Run) -> None:
 
 
 def test_wrong_types_are_named(cal: ax.Calibration, run: ax.Run) -> None:
-    for call in (
+    calls: List[Callable[[], Any]] = [
         lambda: ax.load(None),  # type: ignore[arg-type]
         lambda: ax.history(3),  # type: ignore[arg-type]
         lambda: ax.calibrate_imu([]),
@@ -282,8 +282,9 @@ def test_wrong_types_are_named(cal: ax.Calibration, run: ax.Run) -> None:
         lambda: ax.report(cal, "r.html", run.readings),
         lambda: ax.calibrate(run, instrument=ACCELEROMETER, axes=3),
         lambda: ax.calibrate(run.readings, rest=[["a"], ["b", "c"]], fence=run.fence, instrument=ACCELEROMETER),
-    ):
+    ]
+    for call in calls:
         with pytest.raises(ax.Error):
-            call()  # type: ignore[no-untyped-call]
+            call()
     with pytest.raises(ax.Error, match="serial"):
         ax.calibrate_units(run, instrument=ACCELEROMETER)
