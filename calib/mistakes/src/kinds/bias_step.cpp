@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -88,49 +86,63 @@ void add_steps(const SuspectRun& run,
   }
 }
 
-// Adds a step of all axes for each cut at which every axis has a step. `steps` contains the steps
-// of single axes in one block.
-void add_steps_of_all_axes(const SuspectRun& run, std::vector<Step>& steps) {
-  std::map<std::size_t, std::pair<Eigen::Index, double>> cuts;  // number of axes, sum of drops
-  for (const Step& step : steps) {
-    auto& [count, drop] = cuts[step.cut];
-    ++count;
-    drop += step.drop;
+// Adds a step of all axes for each cut at which every axis has a step.
+// @param steps  the steps of single axes in one block.
+void add_steps_of_all_axes(const SuspectRun& run,
+                           const std::vector<Step>& steps,
+                           std::vector<Step>& together) {
+  if (run.m() < 2) {
+    return;
   }
-  for (const auto& [cut, sum] : cuts) {
-    if (run.m() > 1 && sum.first == run.m()) {
-      steps.push_back({.cut = cut, .axis = {}, .drop = sum.second});
+  std::vector<double> drops(run.count(), 0.0);
+  std::vector<Eigen::Index> axes(run.count(), 0);
+  for (const Step& step : steps) {
+    drops[step.cut] += step.drop;
+    if (++axes[step.cut] == run.m()) {
+      together.push_back({.cut = step.cut, .axis = {}, .drop = drops[step.cut]});
     }
   }
 }
 
-// Returns all steps, the least likely by chance first.
-std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
+// The steps that are least likely by chance, at most `most_fitted`, the least likely first.
+struct LikelySteps {
   std::vector<Step> steps;
+  double tested = 0.0;  // number of all steps
+};
+
+LikelySteps likely_steps(const SuspectRun& run, const HypothesisFit& fit) {
+  LikelySteps found;
   if (run.set().temperature.order > 0) {
-    return steps;  // an error of the temperature polynomials could look like a step
+    return found;  // an error of the temperature polynomials could look like a step
   }
+  std::vector<Step> single;
+  std::vector<Step> together;
   for (std::size_t first = 0; first < run.count();) {
     const std::size_t end = end_of_block(run, first);
     std::vector<Step> of_block;
     for (Eigen::Index k = 0; k < run.m(); ++k) {
       add_steps(run, fit, k, first, end, of_block);
     }
-    add_steps_of_all_axes(run, of_block);
-    steps.insert(steps.end(), of_block.begin(), of_block.end());
+    add_steps_of_all_axes(run, of_block, together);
+    single.insert(single.end(), of_block.begin(), of_block.end());
     first = end;
   }
-  for (Step& step : steps) {
-    const double added = step.axis ? 1.0 : static_cast<double>(run.m());
-    step.p_value = nested_f_p(fit.total(), fit.dof(), step.drop, added);
+  found.tested = static_cast<double>(single.size() + together.size());
+  // Among steps of the same number of axes, a larger drop has a smaller p-value.
+  for (std::vector<Step>* const steps : {&single, &together}) {
+    std::stable_sort(steps->begin(), steps->end(),
+                     [](const Step& a, const Step& b) { return a.drop > b.drop; });
+    steps->resize(std::min(steps->size(), most_fitted));
+    for (Step& step : *steps) {
+      const double added = step.axis ? 1.0 : static_cast<double>(run.m());
+      step.p_value = nested_f_p(fit.total(), fit.dof(), step.drop, added);
+      found.steps.push_back(step);
+    }
   }
-  std::stable_sort(steps.begin(), steps.end(),
+  std::stable_sort(found.steps.begin(), found.steps.end(),
                    [](const Step& a, const Step& b) { return a.p_value < b.p_value; });
-  return steps;
-}
-
-std::span<const Step> likeliest(const std::vector<Step>& steps) {
-  return std::span(steps).first(std::min(steps.size(), most_fitted));
+  found.steps.resize(std::min(found.steps.size(), most_fitted));
+  return found;
 }
 
 HypothesisFit fit_step(const SuspectRun& run, const Step& step) {
@@ -149,26 +161,26 @@ HypothesisFit fit_step(const SuspectRun& run, const Step& step) {
 }
 
 double quick_p_of_step(const SuspectRun& run, const HypothesisFit& fit) {
-  const std::vector<Step> steps = steps_of(run, fit);
-  return steps.empty() ? 1.0 : static_cast<double>(steps.size()) * steps.front().p_value;
+  const LikelySteps found = likely_steps(run, fit);
+  return found.steps.empty() ? 1.0 : found.tested * found.steps.front().p_value;
 }
 
 void detect_step(const SuspectRun& run, const Consider& consider) {
-  const std::vector<Step> steps = steps_of(run, run.plain());
-  for (const Step& step : likeliest(steps)) {
-    consider(fit_step(run, step), {.tests = static_cast<double>(steps.size()), .of_few = true});
+  const LikelySteps found = likely_steps(run, run.plain());
+  for (const Step& step : found.steps) {
+    consider(fit_step(run, step), {.tests = found.tested, .of_few = true});
   }
 }
 
-void explain_by_step(const SuspectRun& run, Explanations& found) {
-  const std::vector<Step> steps = steps_of(run, run.plain());
-  for (const Step& step : likeliest(steps)) {
+void explain_by_step(const SuspectRun& run, Explanations& explanations) {
+  const LikelySteps found = likely_steps(run, run.plain());
+  for (const Step& step : found.steps) {
     std::vector<double> ranges;
     for (const Eigen::Index k : step.axes(run.m())) {
       ranges.push_back(drift_range * run.full_response(k));
     }
-    found.add(
-        fit_step(run, step), ranges, static_cast<double>(steps.size()),
+    explanations.add(
+        fit_step(run, step), ranges, found.tested,
         about(run, WarningCode::bias_step, {run.order()[step.cut - 1], run.order()[step.cut]}),
         step.axis ? formatted("with a step in the bias of axis {} between them",
                               run.set().axes[static_cast<std::size_t>(*step.axis)])
