@@ -22,6 +22,7 @@
 #include "calib/fit/src/turn_unknowns.hpp"
 #include "calib/fit/src/turn_weighing.hpp"
 #include "calib/record/calibration_warning.hpp"
+#include "calib/record/parameter_names.hpp"
 #include "calib/regression/factor.hpp"
 #include "calib/regression/gauss_newton.hpp"
 #include "core/formatted.hpp"
