@@ -14,9 +14,7 @@ namespace axiscal {
 
 /// The note of a calibration in which only the means of the layings are independent.
 inline constexpr const char* note_of_layings =
-    "consecutive readings of a pose share an error. The intervals therefore count these readings "
-    "as "
-    "one";
+    "consecutive readings of a pose share an error. The intervals therefore count them as one";
 
 /// Divides the readings into layings. A laying is one placement of the cube: consecutive readings
 /// at the same design point, field level and block. With temperature terms, or without design

@@ -28,9 +28,7 @@ struct CurvatureFit {
 /// columns f_k^2, because a curved response would increase the residuals of the fit without them.
 class CurvatureFTest {
  public:
-  /// @param layings      means over consecutive readings at one design point, or over all readings
-  /// of
-  ///                     a pose; must outlive this object.
+  /// @param layings      means of layings or of poses; must outlive this object.
   /// @param directions   true if the field's directions are fitted.
   /// @param columns      number of fitted columns without the columns f_k^2.
   /// @param variances    variances of the m axes, then of the seats if they are fitted, from the

@@ -74,9 +74,10 @@ SensitivityMatrix gain_variance_of(const Calibration& record) {
   const bool differ =
       std::any_of(components.begin(), components.end(),
                   [](const ScatterComponent& one) { return one.name == "block_sensitivities"; });
-  return differ ? SensitivityMatrix(conditions.sensitivity_mean_square *
-                                    (1.0 + 1.0 / static_cast<double>(conditions.blocks)))
-                : SensitivityMatrix(0, 3);
+  return differ && conditions.sensitivity_degrees_of_freedom > 0.0
+             ? SensitivityMatrix(conditions.sensitivity_mean_square *
+                                 (1.0 + 1.0 / static_cast<double>(conditions.blocks)))
+             : SensitivityMatrix(0, 3);
 }
 
 // Adds the p-value of each axis's residuals to `tests`.
@@ -139,6 +140,10 @@ double mean_p(double ratio, double degrees_of_freedom, double blocks, const P& p
   constexpr int points = 100;
   const double sum_of_squares = degrees_of_freedom * std::max(ratio, 1e-6);
   const double highest = 1.0 - chi_squared_upper_p(sum_of_squares, degrees_of_freedom);
+  constexpr double computable = 1e-12;
+  if (!(highest > computable)) {
+    return p_at(0.0);  // the estimate is far below the noise
+  }
   double sum = 0.0;
   for (int point = 0; point < points; ++point) {
     const double u = highest * (point + 0.5) / points;
