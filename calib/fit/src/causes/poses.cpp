@@ -76,8 +76,7 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
       dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
-// The level of significance at which a note says that the means scatter more than the readings
-// about them.
+// If the p-value is below this, the means clearly scatter more than the readings about them.
 constexpr double clearly_more = 0.02;
 
 // If the means scatter more than the readings about them, computes the intervals from the mean
@@ -140,8 +139,11 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
       estimate.notes.push_back({NoteCode::correlation, note_of_layings});
     }
   }
-  if (widen_by(of_poses(statistics), clearly_more, "poses", run.fitted, estimate) < clearly_more) {
-    so_far.poses_counted = true;
+  const double p_of_poses =
+      widen_by(of_poses(statistics), clearly_more, "poses", run.fitted, estimate);
+  so_far.poses_counted = p_of_poses < clearly_more;
+  constexpr double told_below = 0.01;
+  if (p_of_poses < told_below) {
     estimate.notes.push_back({NoteCode::seats,
                               "each pose has its own error, which repeats in all blocks. The "
                               "intervals include this error. Clean the feet and the table, and "
