@@ -40,8 +40,8 @@ Yield yield_of(const FleetUnits& units) {
   std::size_t first = 0;
   std::size_t last = 0;
   for (const std::vector<const FleetTest*>& tests : units.tests) {
-    first += tests.front()->passed ? 1 : 0;
-    last += tests.back()->passed ? 1 : 0;
+    first += tests.front()->passed ? 1U : 0U;
+    last += tests.back()->passed ? 1U : 0U;
   }
   return {.first = share_of(first, units.tests.size()), .last = share_of(last, units.tests.size())};
 }

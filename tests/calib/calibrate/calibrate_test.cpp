@@ -1035,24 +1035,32 @@ TEST(AStepOfTheBias, IsFittedOnlyIfTheReadingsDetermineIt) {
   const Experiment experiment = test::experiment_for(truth);
   constexpr double noise = 1e-4;
   for (const bool in_order_of_faces : {false, true}) {
-    Observations run = simulate(truth, make_run_sheet(standard_design(12), 1, 5),
-                                {.noise_sd = noise, .slope = {2e-3, -3e-3}, .seed = 5});
-    std::vector<std::size_t> rows(12);
-    std::iota(rows.begin(), rows.end(), std::size_t{0});
-    std::stable_partition(rows.begin(), rows.end(), [&](std::size_t i) {
-      return !in_order_of_faces || face_name(run.readings[i].point->rest()).front() == '-';
-    });
-    run = select_rows(run, rows);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      run.readings[i].run = static_cast<int>(i) + 1;
+    int told = 0;
+    constexpr int runs = 10;
+    for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+      Observations run = simulate(truth, make_run_sheet(standard_design(12), 1, seed),
+                                  {.noise_sd = noise, .slope = {2e-3, -3e-3}, .seed = seed});
+      std::vector<std::size_t> rows(12);
+      std::iota(rows.begin(), rows.end(), std::size_t{0});
+      std::stable_partition(rows.begin(), rows.end(), [&](std::size_t i) {
+        return !in_order_of_faces || face_name(run.readings[i].point->rest()).front() == '-';
+      });
+      run = select_rows(run, rows);
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        run.readings[i].run = static_cast<int>(i) + 1;
+      }
+      run.response.col(0).tail(6).array() += 20.0 * noise;
+      const Calibration found = calibrate(experiment, run);
+      told += std::any_of(
+          found.findings.warnings.begin(), found.findings.warnings.end(),
+          [](const CalibrationWarning& one) { return one.code == WarningCode::bias_step; });
+      EXPECT_LE(found.fit.statistics->condition_number, 30.0);
     }
-    run.response.col(0).tail(6).array() += 20.0 * noise;
-    const Calibration found = calibrate(experiment, run);
-    const bool told = std::any_of(
-        found.findings.warnings.begin(), found.findings.warnings.end(),
-        [](const CalibrationWarning& one) { return one.code == WarningCode::bias_step; });
-    EXPECT_EQ(told, !in_order_of_faces);
-    EXPECT_LE(found.fit.statistics->condition_number, 30.0);
+    if (in_order_of_faces) {
+      EXPECT_EQ(told, 0);
+    } else {
+      EXPECT_GE(told, 8);
+    }
   }
 }
 
