@@ -40,9 +40,9 @@ class ComponentsFit {
   //         seats_at_least.
   bool solve(double seats_at_least = 0.0);
 
-  // Returns true if the readings of a laying share an error besides the cube's rotation. The noise
-  // of the means, which this fit found without the scatter of the readings about them, is then
-  // clearly larger than this scatter.
+  // Returns true if the readings of a laying share an error besides the cube's rotation. This fit
+  // does not use the scatter of the readings within the layings. If the readings share an error,
+  // its noise of the means is clearly larger than this scatter.
   [[nodiscard]] bool exceeds_scatter_within(const MeanReadings& layings) const;
 
   // Tests for curvature of the axes by adding the columns f_k^2 to the fit. f_k is the initial

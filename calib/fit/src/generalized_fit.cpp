@@ -156,10 +156,10 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     const SolvedReadings& means = layings.own ? of_layings : run;
     const std::optional<MeanReadings> alone =
         seats ? means_alone(layings, means, inputs, estimate) : std::nullopt;
-    ComponentsFit fit(alone ? *alone : layings, means, inputs, seats, estimate);
     if (alone && layings.set().size() < fewest_layings) {
       continue;
     }
+    ComponentsFit fit(alone ? *alone : layings, means, inputs, seats, estimate);
     const bool may_be_nothing = seats && experiment.fit.seats != SeatSetup::fit;
     // The seats' variance must be more than 1.6 times its standard error, which corresponds to 5
     // degrees of freedom. A smaller variance may be chance, and would reduce the estimate of the

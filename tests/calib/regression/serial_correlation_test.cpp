@@ -147,6 +147,40 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, RandomStr
 }
 
 // The result does not depend on units and offsets, nor on whether the responses share one design.
+const std::vector<double> rhos = {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985};
+
+struct DenseFits {
+  std::vector<DenseFit> fits;
+  std::vector<double> priors;
+};
+
+// Fits with V(i, j) = h_i . h_j rho^|i - j| + white I, for each correlation rho and for shares of
+// white noise. All rho have the same prior weight.
+DenseFits dense_fits(const Eigen::MatrixXd& X,
+                     const Eigen::VectorXd& y,
+                     const Eigen::MatrixX3d& h,
+                     const std::vector<double>& correlations) {
+  const Eigen::Index n = X.rows();
+  DenseFits models;
+  for (const double rho : correlations) {
+    for (const double white : {0.0, 0.1, 0.3, 1.0, 3.0, 10.0}) {
+      if (rho == 0.0 && white > 0.0) {
+        continue;
+      }
+      Eigen::MatrixXd V = white * Eigen::MatrixXd::Identity(n, n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index j = 0; j < n; ++j) {
+          V(i, j) += h.row(i).dot(h.row(j)) *
+                     (i == j ? 1.0 : std::pow(rho, static_cast<double>(std::abs(i - j))));
+        }
+      }
+      models.fits.push_back(dense_fit(X, y, V));
+      models.priors.push_back(rho == 0.0 ? 1.0 : 1.0 / 6.0);
+    }
+  }
+  return models;
+}
+
 TEST(MeanUnderCorrelation, DoesNotDependOnUnitsAndOffsets) {
   RandomStream random(11);
   OrderedReadings readings = noise_of(24, 0.6, random);
@@ -173,30 +207,16 @@ TEST(MeanUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
   readings.designs.resize(1);
   readings.responses = readings.responses.col(0).eval();
   const Eigen::MatrixXd& X = readings.designs.front();
-  std::vector<DenseFit> fits;
-  std::vector<double> priors;
-  for (const double rho : {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985}) {
-    for (const double white : {0.0, 0.1, 0.3, 1.0, 3.0, 10.0}) {
-      if (rho == 0.0 && white > 0.0) {
-        continue;
-      }
-      Eigen::MatrixXd V = white * Eigen::MatrixXd::Identity(n, n);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        for (Eigen::Index j = 0; j < n; ++j) {
-          V(i, j) += i == j ? 1.0 : std::pow(rho, static_cast<double>(std::abs(i - j)));
-        }
-      }
-      fits.push_back(dense_fit(X, readings.responses.col(0), V));
-      priors.push_back(rho == 0.0 ? 1.0 : 1.0 / 6.0);
-    }
-  }
-  const CorrelatedFit all = dense_mean(fits, priors);
+  const Eigen::MatrixX3d h = Eigen::RowVector3d::UnitX().replicate(n, 1);
+  const DenseFits models = dense_fits(X, readings.responses.col(0), h, rhos);
+  const CorrelatedFit all = dense_mean(models.fits, models.priors);
   // u^2 is the mean of u_g^2 + (b_g - b)^2 about the estimate b of least squares.
   const double off = all.estimate(0) - first_coefficient(readings);
   const double expected = std::sqrt(all.covariance(0, 0) + off * off);
   const CorrelatedMean found = uncertainty_of_correlated_mean(readings);
   EXPECT_NEAR(found.u(0), expected, 1e-8 * expected);
-  EXPECT_NEAR(found.u_if_white(0), std::sqrt(fits.front().covariance(0, 0)), 1e-8 * expected);
+  EXPECT_NEAR(found.u_if_white(0), std::sqrt(models.fits.front().covariance(0, 0)),
+              1e-8 * expected);
 }
 
 TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
@@ -205,25 +225,10 @@ TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
   const Eigen::MatrixXd X = random_matrix(n, 3, random);
   const Eigen::VectorXd y = random_matrix(n, 1, random);
   const Eigen::MatrixX3d h = random_matrix(n, 3, random);
-  std::vector<DenseFit> fits;
-  std::vector<double> priors;
-  for (const double rho : {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985, 0.995}) {
-    for (const double white : {0.0, 0.1, 0.3, 1.0, 3.0, 10.0}) {
-      if (rho == 0.0 && white > 0.0) {
-        continue;
-      }
-      Eigen::MatrixXd V = white * Eigen::MatrixXd::Identity(n, n);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        for (Eigen::Index j = 0; j < n; ++j) {
-          V(i, j) += h.row(i).dot(h.row(j)) *
-                     (i == j ? 1.0 : std::pow(rho, static_cast<double>(std::abs(i - j))));
-        }
-      }
-      fits.push_back(dense_fit(X, y, V));
-      priors.push_back(rho == 0.0 ? 1.0 : 1.0 / 6.0);
-    }
-  }
-  const CorrelatedFit expected = dense_mean(fits, priors);
+  std::vector<double> more_rhos = rhos;
+  more_rhos.push_back(0.995);
+  const DenseFits models = dense_fits(X, y, h, more_rhos);
+  const CorrelatedFit expected = dense_mean(models.fits, models.priors);
   const CorrelatedFit found = fit_with_correlated_noise(X, y, h);
   EXPECT_TRUE(found.estimate.isApprox(expected.estimate, 1e-8)) << found.estimate.transpose();
   EXPECT_TRUE(found.covariance.isApprox(expected.covariance, 1e-8));

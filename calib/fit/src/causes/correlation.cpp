@@ -79,13 +79,13 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   const CorrelatedMean mean = uncertainty_of_correlated_mean(*ordered);
   // Fitted seats change the weights of the readings, so that the bias has a smaller uncertainty
   // than that of least squares. The correlation increases both by the same factor.
-  const ScatterComponent* const seats = find_component(estimate.statistics, "seats");
   Eigen::VectorXd u = mean.u;
-  for (Eigen::Index k = 0; k < set.axis_count() && seats != nullptr; ++k) {
-    const Eigen::Index at = set.coefficient_count() * k;
-    const double variance =
-        estimate.statistics.covariance_of_readings()(at, at) + seats->covariance(at, at);
-    u(k) *= std::sqrt(variance) / mean.u_if_white(k);
+  if (const ScatterComponent* const seats = find_component(estimate.statistics, "seats")) {
+    const Eigen::VectorXd variances =
+        (estimate.statistics.covariance_of_readings() + seats->covariance).diagonal();
+    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+      u(k) *= std::sqrt(variances(set.coefficient_count() * k)) / mean.u_if_white(k);
+    }
   }
   WiderIntervals wider("correlation", estimate);
   // A smaller correlation may come from shifts of blocks, which the cause 'blocks' includes.

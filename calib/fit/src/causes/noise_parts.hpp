@@ -48,7 +48,11 @@ void with_layings(const ScatterAnalysisInput& run, const CountedEstimate& so_far
     return;
   }
   const MeanReadings layings = average_layings(run.judged.set(), so_far.estimate);
-  use(SolvedReadings(layings.set(), run.judged.known_field()));
+  if (layings.own) {
+    use(SolvedReadings(*layings.own, run.judged.known_field()));
+  } else {
+    use(run.judged);  // each laying has one reading, and `judged` may already be solved
+  }
 }
 
 /// Calls `use` with the readings whose errors are independent. These are the means of the poses if

@@ -76,11 +76,11 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
       dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
-// If the p-value is below this, the means clearly scatter more than the readings about them.
+// If the p-value is below this, the means clearly scatter more than the readings within the groups.
 constexpr double clearly_more = 0.02;
 
-// If the means scatter more than the readings about them, computes the intervals from the mean
-// square of the means.
+// If the means scatter more than the readings within the groups, computes the intervals from the
+// mean square of the means.
 // @param level  level of significance of the test.
 // @return the p-value of the test if an interval became longer, otherwise 1.
 double widen_by(const std::vector<MeanSquares>& axes,

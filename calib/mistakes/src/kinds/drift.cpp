@@ -49,11 +49,14 @@ void explain_by_drift(const SuspectRun& run, Explanations& found) {
   found.add(fit_drift(run), ranges, 1.0, Correction{.code = WarningCode::drift},
             "with a drift of the bias over the run");
   // A drift of a single axis needs only one parameter, as does a step of its bias.
+  if (run.m() == 1) {
+    return;
+  }
   const auto m = static_cast<double>(run.m());
-  for (Eigen::Index k = 0; k < run.m() && run.m() > 1; ++k) {
-    HypothesisFit fit = run.fitter().fit(run.set(), {}, [&](const auto&, const auto&) {
-      return Eigen::MatrixXd(drift_columns(run).col(k));
-    });
+  const Eigen::MatrixXd columns = drift_columns(run);
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
+    HypothesisFit fit = run.fitter().fit(
+        run.set(), {}, [&](const auto&, const auto&) { return Eigen::MatrixXd(columns.col(k)); });
     found.add(std::move(fit), {drift_range * run.full_response(k)}, m,
               Correction{.code = WarningCode::drift},
               formatted("with a drift of the bias of axis {} over the run",
