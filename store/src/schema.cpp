@@ -47,12 +47,14 @@ int newest_schema() {
 }
 
 int schema_of(Database& database, const std::string& name) {
-  bool is_store = false;
+  // Another process may create the store between the two queries. The tables of other programs are
+  // therefore looked for first.
   bool is_used = false;
+  database.execute(database.dialect().has_tables, {}, [&](const SqlRow&) { is_used = true; });
+  bool is_store = false;
   database.execute(database.dialect().has_table, std::array<SqlValue, 1>{"axiscal_store"},
                    [&](const SqlRow&) { is_store = true; });
   if (!is_store) {
-    database.execute(database.dialect().has_tables, {}, [&](const SqlRow&) { is_used = true; });
     if (is_used) {
       throw DataError(name, "is not a store: it is another program's database");
     }
