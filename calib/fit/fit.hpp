@@ -219,10 +219,6 @@ class Fit {
   double rows_ = 0.0;  // number of rows with weight above 0
 };
 
-/// Returns the component of the scatter with this name, or null if the statistics do not have it.
-[[nodiscard]] const ScatterComponent* find_component(const FitStatistics& statistics,
-                                                     std::string_view name);
-
 /// Lengthens the intervals of some parameters for one cause of scatter. Intervals never become
 /// shorter.
 class WiderIntervals {

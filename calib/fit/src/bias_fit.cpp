@@ -384,10 +384,8 @@ void add_noise_of_order(const ReadingSet& set,
       .blocks = {}};
   const int order = static_cast<int>(places.size()) - 1;
   constexpr Eigen::Index fewest_left = 4;
-  const std::vector<ScatterComponent>& known = calibration.fit.statistics->components;
-  const bool has_branches = std::any_of(known.begin(), known.end(), [](const auto& component) {
-    return component.name == "hysteresis";  // the branches would look like correlated noise
-  });
+  // The branches of hysteresis would look like correlated noise.
+  const bool has_branches = calibration.fit.statistics->find_component("hysteresis") != nullptr;
   if (has_branches || set.has_excluded_readings() || set.robust ||
       set.size() < order + 1 + fewest_left) {
     return;

@@ -42,7 +42,7 @@ ComponentsFit::ComponentsFit(const MeanReadings& layings,
   const Eigen::Index m = set_.axis_count();
   variances_.resize(m + (seats ? 1 : 0));
   variances_.head(m) = first_scatter(start).cwiseAbs2();
-  const ScatterComponent* const found = find_component(start.statistics, "seats");
+  const ScatterComponent* const found = start.statistics.find_component("seats");
   if (found != nullptr && seats) {
     variances_(m) = found->sd(0) * found->sd(0);
   } else if (seats) {
@@ -185,7 +185,7 @@ void ComponentsFit::put_errors_of(const MeanReadings& layings, Estimate& estimat
     freedom = std::min(freedom, degrees_of_freedom(k));
   }
   const Eigen::MatrixXd of_noise =
-      statistics.covariance - find_component(statistics, "seats")->covariance;
+      statistics.covariance - statistics.find_component("seats")->covariance;
   statistics.components.push_back({.name = "layings",
                                    .sd = std::move(sd),
                                    .unit = {},

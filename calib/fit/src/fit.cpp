@@ -308,13 +308,6 @@ Fit::AxisRows Fit::rows_of(Eigen::Index axis) const {
   return rows;
 }
 
-const ScatterComponent* find_component(const FitStatistics& statistics, std::string_view name) {
-  const auto found =
-      std::find_if(statistics.components.begin(), statistics.components.end(),
-                   [&](const ScatterComponent& component) { return component.name == name; });
-  return found != statistics.components.end() ? &*found : nullptr;
-}
-
 WiderIntervals::WiderIntervals(std::string name, Estimate& estimate)
     : estimate_(estimate),
       component_{.name = std::move(name),

@@ -86,15 +86,15 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
     }
   }
   // If all readings of a pose share an error, only the means of the poses are independent.
-  const bool has_poses = find_component(statistics, "poses") != nullptr;
+  const bool has_poses = statistics.find_component("poses") != nullptr;
   MeanReadings means = has_poses ? average_poses(set, estimate) : average_layings(set, estimate);
-  if (find_component(statistics, "layings") != nullptr) {
+  if (statistics.find_component("layings") != nullptr) {
     means.forget_scatter();  // only the means are independent
   }
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, means.set(), known, estimate.field);
-  const bool seats = !has_poses && find_component(statistics, "seats") != nullptr;
+  const bool seats = !has_poses && statistics.find_component("seats") != nullptr;
   SolvedReadings of_means(means.set(), known);
   return ComponentsFit(means, means.own ? of_means : run, inputs, seats, estimate).curvature();
 }

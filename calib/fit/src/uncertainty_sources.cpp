@@ -199,10 +199,8 @@ class BudgetMaker {
 
   // Returns true if the scatter already includes the rounding error of an axis.
   [[nodiscard]] bool is_counted_as_scatter(Eigen::Index axis) const {
-    return std::any_of(statistics_.components.begin(), statistics_.components.end(),
-                       [axis](const ScatterComponent& component) {
-                         return component.name == "rounding" && component.sd(axis) > 0.0;
-                       });
+    const ScatterComponent* const rounding = statistics_.find_component("rounding");
+    return rounding != nullptr && rounding->sd(axis) > 0.0;
   }
 
   // Adds the part of the rounding error that the scatter does not show. For a rounding step q, the

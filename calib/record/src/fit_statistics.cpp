@@ -21,4 +21,10 @@ std::optional<Eigen::Index> FitStatistics::position_of(std::string_view paramete
   return found - parameter_names.begin();
 }
 
+const ScatterComponent* FitStatistics::find_component(std::string_view name) const {
+  const auto found = std::find_if(components.begin(), components.end(),
+                                  [name](const auto& one) { return one.name == name; });
+  return found == components.end() ? nullptr : &*found;
+}
+
 }  // namespace axiscal

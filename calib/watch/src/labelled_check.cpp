@@ -58,22 +58,15 @@ Observations wanted_of(const Experiment& experiment, const Observations& observa
 // Returns the standard deviation [rad] with which the cube's orientation varies about each axis
 // when the cube is placed again; 0 if the record does not state this scatter separately.
 double seat_scatter_rad(const Calibration& record) {
-  for (const ScatterComponent& component : record.fit.statistics->components) {
-    if (component.name == "seats" && component.sd.size() > 0) {
-      return component.sd(0);
-    }
-  }
-  return 0.0;
+  const ScatterComponent* const seats = record.fit.statistics->find_component("seats");
+  return seats != nullptr && seats->sd.size() > 0 ? seats->sd(0) : 0.0;
 }
 
 // Returns the variances with which the sensitivities of a new block scatter about those of the
 // record, m x 3; 0 x 3 if the record does not show that sensitivities differ between blocks.
 SensitivityMatrix gain_variance_of(const Calibration& record) {
   const CalibrationConditions& conditions = record.fit.conditions;
-  const std::vector<ScatterComponent>& components = record.fit.statistics->components;
-  const bool differ =
-      std::any_of(components.begin(), components.end(),
-                  [](const ScatterComponent& one) { return one.name == "block_sensitivities"; });
+  const bool differ = record.fit.statistics->find_component("block_sensitivities") != nullptr;
   return differ && conditions.sensitivity_degrees_of_freedom > 0.0
              ? SensitivityMatrix(conditions.sensitivity_mean_square *
                                  (1.0 + 1.0 / static_cast<double>(conditions.blocks)))

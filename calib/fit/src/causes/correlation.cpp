@@ -67,7 +67,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
 
 void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   const ReadingSet& set = run.set();
-  const bool has_soaks = find_component(estimate.statistics, "soaks") != nullptr;
+  const bool has_soaks = estimate.statistics.find_component("soaks") != nullptr;
   if (has_soaks || set.robust || set.seen.cols() > 0) {
     return;  // the cause 'soaks' already includes the error that the readings of a soak share
   }
@@ -80,7 +80,7 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   // Fitted seats change the weights of the readings, so that the bias has a smaller uncertainty
   // than that of least squares. The correlation increases both by the same factor.
   Eigen::VectorXd u = mean.u;
-  if (const ScatterComponent* const seats = find_component(estimate.statistics, "seats")) {
+  if (const ScatterComponent* const seats = estimate.statistics.find_component("seats")) {
     const Eigen::VectorXd variances =
         (estimate.statistics.covariance_of_readings() + seats->covariance).diagonal();
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {

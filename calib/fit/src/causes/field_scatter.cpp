@@ -257,7 +257,7 @@ void add_field_noise(const Fit& run,
                      const PartOfNoise& one,
                      FieldVariation& found,
                      Estimate& estimate) {
-  if (find_component(estimate.statistics, "seats") != nullptr) {
+  if (estimate.statistics.find_component("seats") != nullptr) {
     return;
   }
   const Eigen::Index m = run.axes();

@@ -11,7 +11,7 @@ CountedEstimate counted_inputs_and_seats(const ScatterAnalysisInput& run, Counte
   so_far.weighed =
       weigh_shared_errors(run.experiment, run.fitted, run.method.method, so_far.estimate);
   // The readings of a laying share the rotation of its seat.
-  so_far.means_counted = find_component(so_far.estimate.statistics, "seats") != nullptr;
+  so_far.means_counted = so_far.estimate.statistics.find_component("seats") != nullptr;
   return so_far;
 }
 

@@ -120,7 +120,7 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
   // The covariance may already include shared errors of mounts, soaks or uncertain inputs. Errors
   // of seats are those of layings; they differ between the blocks, so they cannot explain an error
   // that repeats in all blocks. A mistake in a reading looks like an error of its pose.
-  const bool has_seats = find_component(statistics, "seats") != nullptr;
+  const bool has_seats = statistics.find_component("seats") != nullptr;
   const bool has_others = std::any_of(
       statistics.components.begin(), statistics.components.end(),
       [](const ScatterComponent& one) { return one.name != "seats" && one.name != "layings"; });

@@ -93,6 +93,10 @@ struct AXISCAL_EXPORT FitStatistics {
   /// @param parameter  name of the parameter, for example "x.bias".
   /// @return the index of the parameter's row in `covariance`; nullopt if the parameter is absent.
   [[nodiscard]] std::optional<Eigen::Index> position_of(std::string_view parameter) const;
+
+  /// @param name  name of the component, for example "seats".
+  /// @return the component in `components`; null if it is absent.
+  [[nodiscard]] const ScatterComponent* find_component(std::string_view name) const;
 };
 
 }  // namespace axiscal
